@@ -1,0 +1,2 @@
+//! Room `bench` (under construction).
+fn main() {}

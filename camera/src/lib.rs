@@ -1,0 +1,1 @@
+//! Room `camera` (under construction).

@@ -1,0 +1,2 @@
+//! Room `cli` (under construction).
+fn main() {}

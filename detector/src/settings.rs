@@ -1,0 +1,92 @@
+//! Everything that can be chosen about detection.
+
+use std::fmt;
+
+/// How much smaller the frame is made before quads are looked for. Decoding and refinement always use full resolution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decimation {
+    /// Every `n`-th pixel of every `n`-th row; 1 means the frame as it is.
+    Every(u32),
+    /// Three pixels become two (area average): factor 1.5.
+    ThreeToTwo,
+}
+
+impl Decimation {
+    /// The decimation of a factor as users write it: 1.5 or a whole number from 1 to 64.
+    pub fn from_factor(factor: f64) -> Result<Self, SettingsError> {
+        if factor == 1.5 {
+            Ok(Self::ThreeToTwo)
+        } else if factor.fract() == 0.0 && (1.0..=64.0).contains(&factor) {
+            Ok(Self::Every(factor as u32))
+        } else {
+            Err(SettingsError::Decimation(factor))
+        }
+    }
+
+    /// Full-resolution pixels per decimated pixel.
+    #[must_use]
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::Every(n) => f64::from(n),
+            Self::ThreeToTwo => 1.5,
+        }
+    }
+}
+
+/// What the detector does; the defaults are what most cameras want.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// How much smaller the frame is made for finding quads. Costs recall of small tags, saves most of the time.
+    pub decimation: Decimation,
+    /// Corrected bits allowed for every family; `None` takes each family's own default. Capped at what the family can bear.
+    pub hamming: Option<u32>,
+    /// Whether edges are refined on the full-resolution frame. Costs about 15 us a tag.
+    pub refine: bool,
+    /// Strength of the sharpening of sampled cells (paper eq. 5), 0 for none.
+    pub sharpening: f32,
+    /// Detections below this decision margin (grey levels) are dropped.
+    pub min_margin: f32,
+    /// Only these ids are reported; empty means all.
+    pub ids: Vec<u32>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            decimation: Decimation::Every(2),
+            hamming: None,
+            refine: true,
+            sharpening: 1.0,
+            min_margin: 0.0,
+            ids: Vec::new(),
+        }
+    }
+}
+
+/// Why settings were refused.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// Not 1.5 and not a whole number from 1 to 64.
+    Decimation(f64),
+    /// Not a finite number from 0 to 10.
+    Sharpening(f32),
+    /// No family was given.
+    NoFamily,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Decimation(seen) => {
+                write!(f, "decimation {seen} is not possible: use 1.5 or a whole number from 1 to 64")
+            }
+            Self::Sharpening(seen) => {
+                write!(f, "sharpening {seen} is not possible: use a number from 0 to 10")
+            }
+            Self::NoFamily => write!(f, "no tag family was given: name at least one, such as tag36h11"),
+        }
+    }
+}
+
+impl std::error::Error for SettingsError {}
