@@ -1,4 +1,58 @@
-//! What a tag looks like.
+//! What a tag looks like: layouts, codes, drawing, and the way back from a read code to its id.
+//!
+//! A *layout* says what each cell of the printed square is: always white, always black, a data bit, or not part of
+//! the tag at all. A *family* is a layout with a list of codes that are far apart in bits, whichever way the tag is
+//! turned; the place of a code in the list is the tag's id. This crate knows nothing about pictures or processes.
+//!
+//! # One tag
+//!
+//! tag36h11, id 0 (`##` is black). The white ring belongs to the print, the black ring is the border, the 6 x 6 cells
+//! inside are data. The *tag size* of pose estimation is the edge where black meets white, not the printed edge:
+//!
+//! ```text
+//!    |<---- printed size, 10 ---->|
+//!    . . . . . . . . . . . . . . . .   layout.total_width()     = 10 cells
+//!    .                             .   layout.width_at_border() =  8 cells
+//!    .   ################          .   layout.margin()          =  1 cell
+//!    .   ##  ...
+//! ```
+//!
+//! Where data lies outside the border (tagStandard41h12: 5 cells of 9) the two sizes differ most, and a print measured
+//! at the wrong edge gives distances that are wrong by 9/5.
+//!
+//! # Example
+//!
+//! ```
+//! use tagbus_family::{Family, Index};
+//!
+//! let family = Family::published("tag36h11")?;
+//! let index = Index::new(&family, family.default_hamming());
+//!
+//! // Somebody holds tag 42 turned by 90 degrees, and one bit was read wrongly.
+//! let read = family.layout().rotate90(family.codes()[42]) ^ 1;
+//! let found = index.lookup(read).expect("one wrong bit is corrected");
+//! assert_eq!((found.id, found.hamming, found.rotation), (42, 1, 3));
+//! # Ok::<(), tagbus_family::UnknownFamily>(())
+//! ```
+#![forbid(unsafe_code)]
 
-/// A tag family (being written).
-pub struct Family {}
+mod shape;
+
+mod layout;
+pub use layout::{Border, Cell, Layout, LayoutError};
+
+mod grid;
+pub use grid::{Grid, Paint};
+
+pub mod candidates;
+pub mod complexity;
+pub mod published;
+
+mod name;
+pub use name::{UnknownFamily, nearest_name};
+
+mod family;
+pub use family::{Family, FamilyError, MinimumDistance};
+
+mod index;
+pub use index::{Found, Index};

@@ -1,0 +1,224 @@
+//! Families: a layout and the codes that are tags.
+
+use crate::grid::Grid;
+use crate::layout::Layout;
+use crate::name::UnknownFamily;
+use crate::published;
+use std::fmt;
+
+/// A layout with a list of codes; the place of a code in the list is the tag's id.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Family {
+    name: String,
+    layout: Layout,
+    codes: Vec<u64>,
+    distance: u32,
+}
+
+impl Family {
+    /// The names that [`Family::published`] knows.
+    pub const PUBLISHED: [&'static str; 9] = published::NAMES;
+
+    /// A published AprilTag family by name: `tag36h11`, `36h11` or `TAG36H11`.
+    ///
+    /// tagCircle49h12 has all 65,698 codes; the AprilTag C library stops before id 65,535.
+    ///
+    /// # Errors
+    /// [`UnknownFamily`], which names the nearest known one.
+    pub fn published(name: &str) -> Result<Family, UnknownFamily> {
+        let recipe = published::recipe(name)?;
+        let layout = recipe.layout().expect("recipes have valid layouts, a test goes through all of them");
+        let codes = recipe.codes(&layout);
+        Ok(Family { name: recipe.name.to_owned(), layout, codes, distance: recipe.distance })
+    }
+
+    /// A family of one's own. `distance` is the number of bits in which any two codes differ at least, however they
+    /// are turned. It is believed here, because measuring takes a second for 50,000 codes:
+    /// [`Family::minimum_distance`] does that.
+    ///
+    /// # Errors
+    /// [`FamilyError`] when there are no codes, a code does not fit the layout, two codes are the same tag, or the
+    /// distance is impossible.
+    pub fn new(name: &str, layout: Layout, codes: Vec<u64>, distance: u32) -> Result<Family, FamilyError> {
+        let bit_count = layout.bit_count();
+        if codes.is_empty() {
+            return Err(FamilyError::NoCodes);
+        }
+        if distance == 0 || distance > bit_count {
+            return Err(FamilyError::Distance { distance, bit_count });
+        }
+        check_width(&codes, bit_count)?;
+        check_distinct(&codes, &layout)?;
+        Ok(Family { name: name.to_owned(), layout, codes, distance })
+    }
+
+    /// The family's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What each cell is.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The codes by id, each with its most significant bit at the place of the first of [`Layout::bits`].
+    pub fn codes(&self) -> &[u64] {
+        &self.codes
+    }
+
+    /// Bits in which any two codes differ at least, however they are turned.
+    pub fn distance(&self) -> u32 {
+        self.distance
+    }
+
+    /// Wrong bits that are worth correcting when nobody says otherwise, at most `(distance - 1) / 2`.
+    ///
+    /// In general 2. Where a few wrong bits would make a tag of too large a share of all codes that background
+    /// yields, fewer: 0 for families of up to 16 bits (tag16h5), 1 for those of more than 10,000 codes and for
+    /// distances up to 7 (tagCircle21h7).
+    pub fn default_hamming(&self) -> u32 {
+        let wanted = match () {
+            () if self.layout.bit_count() <= 16 => 0,
+            () if self.codes.len() > 10_000 || self.distance <= 7 => 1,
+            () => 2,
+        };
+        self.correctable().min(wanted)
+    }
+
+    /// The most wrong bits that can be corrected with a unique answer.
+    pub(crate) fn correctable(&self) -> u32 {
+        (self.distance - 1) / 2
+    }
+
+    /// The tag `id`, cell by cell; `None` when the family has no such tag.
+    pub fn grid(&self, id: u32) -> Option<Grid> {
+        self.codes.get(id as usize).map(|&code| self.layout.draw(code))
+    }
+
+    /// Measures how far the codes are really apart, going through all pairs: a second for 50,000 codes.
+    pub fn minimum_distance(&self) -> MinimumDistance {
+        let rotated: Vec<[u64; 4]> = self.codes.iter().map(|&code| rotations(&self.layout, code)).collect();
+        let own = rotated
+            .iter()
+            .flat_map(|[code, turns @ ..]| turns.iter().map(move |turned| bits_apart(*code, *turned)));
+        MinimumDistance {
+            own_rotations: own.min().unwrap_or(0),
+            between_codes: (1..self.codes.len()).map(|id| nearest(&rotated[id], &self.codes[..id])).min(),
+        }
+    }
+}
+
+/// How far the codes of a family are apart, in bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MinimumDistance {
+    /// Between two codes, the one turned in any of four ways; `None` for a family of one code.
+    pub between_codes: Option<u32>,
+    /// Between a code and itself turned by 90, 180 or 270 degrees.
+    pub own_rotations: u32,
+}
+
+impl MinimumDistance {
+    /// The smaller of the two: the distance that the family really has.
+    pub fn overall(&self) -> u32 {
+        self.between_codes.map_or(self.own_rotations, |between| between.min(self.own_rotations))
+    }
+}
+
+fn rotations(layout: &Layout, code: u64) -> [u64; 4] {
+    let once = layout.rotate90(code);
+    let twice = layout.rotate90(once);
+    [code, once, twice, layout.rotate90(twice)]
+}
+
+fn bits_apart(left: u64, right: u64) -> u32 {
+    (left ^ right).count_ones()
+}
+
+fn nearest(rotated: &[u64; 4], codes: &[u64]) -> u32 {
+    let distance =
+        |&code: &u64| rotated.iter().map(|turned| bits_apart(*turned, code)).fold(u32::MAX, u32::min);
+    codes.iter().map(distance).fold(u32::MAX, u32::min)
+}
+
+fn check_width(codes: &[u64], bit_count: u32) -> Result<(), FamilyError> {
+    let widest = u64::MAX >> (64 - bit_count);
+    match codes.iter().position(|&code| code > widest) {
+        Some(id) => Err(FamilyError::CodeTooWide { id, code: codes[id], bit_count }),
+        None => Ok(()),
+    }
+}
+
+/// Two codes that turn into each other are one tag, so the smallest of the four rotations stands for all.
+fn check_distinct(codes: &[u64], layout: &Layout) -> Result<(), FamilyError> {
+    let smallest = |&code: &u64| rotations(layout, code).into_iter().fold(u64::MAX, u64::min);
+    let mut tags: Vec<(u64, usize)> = codes.iter().map(smallest).zip(0..).collect();
+    tags.sort_unstable();
+    match tags.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => {
+            let (first, second) = (pair[0].1, pair[1].1);
+            Err(FamilyError::SameTag { first, second, code: codes[second] })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Why codes and a layout make no family.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FamilyError {
+    /// The list of codes is empty.
+    NoCodes,
+    /// A code has bits that the layout has no cells for.
+    CodeTooWide {
+        /// Its place in the list.
+        id: usize,
+        /// The code.
+        code: u64,
+        /// Data cells of the layout.
+        bit_count: u32,
+    },
+    /// Two codes are the same tag, perhaps turned.
+    SameTag {
+        /// The place of the first in the list.
+        first: usize,
+        /// The place of the second.
+        second: usize,
+        /// The second code.
+        code: u64,
+    },
+    /// The minimum distance is 0 or larger than the number of bits.
+    Distance {
+        /// The distance that was given.
+        distance: u32,
+        /// Data cells of the layout.
+        bit_count: u32,
+    },
+}
+
+impl fmt::Display for FamilyError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FamilyError::NoCodes => write!(out, "the family has no codes, give at least one"),
+            FamilyError::CodeTooWide { id, code, bit_count } => write!(
+                out,
+                "code {id} is {code:#x}, but the layout has only {bit_count} data cells; check the layout and the \
+                 order of the bits"
+            ),
+            FamilyError::SameTag { first, second, code } => {
+                write!(
+                    out,
+                    "code {second} ({code:#x}) is the same tag as code {first}, perhaps turned; drop one of them"
+                )
+            }
+            FamilyError::Distance { distance, bit_count } => {
+                write!(
+                    out,
+                    "the minimum distance is {distance}, but it must be from 1 to the {bit_count} bits of a code"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for FamilyError {}
