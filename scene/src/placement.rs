@@ -1,0 +1,242 @@
+//! A tag placed in the picture, and how it is painted.
+
+use crate::canvas::{Canvas, Window};
+use crate::coverage::{Coverage, Layers};
+use crate::homography::{Homography, Point, project};
+use crate::tag::{Tag, TrueTag};
+use tagbus_family::Paint;
+
+/// What a tag is printed on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Paper {
+    /// Nothing but the cells: clear cells show what is behind the tag.
+    CutOut,
+    /// A white sheet that is `margin_cells` (of the outermost tag) wider than the print on every side. Clear cells
+    /// show the sheet.
+    Sheet {
+        /// Width of the white margin around the print in cells; may be 0 or a fraction.
+        margin_cells: f64,
+    },
+}
+
+/// A tag with its place in the picture and its two grey levels.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// What is printed, nested tags included.
+    pub tag: Tag,
+    /// From the border square [-1, 1]^2 of the (outermost) tag to pixels.
+    pub homography: Homography,
+    /// What it is printed on.
+    pub paper: Paper,
+    /// Grey level of black cells, 0..=255.
+    pub black: f32,
+    /// Grey level of white cells and of the sheet, 0..=255.
+    pub white: f32,
+}
+
+impl Placement {
+    /// A cut-out tag with the contrast of ordinary paper: black 35, white 215.
+    pub fn new(tag: Tag, homography: Homography) -> Placement {
+        Placement { tag, homography, paper: Paper::CutOut, black: 35.0, white: 215.0 }
+    }
+
+    /// What is to be found in a picture of that size: this tag, then the tags nested in it.
+    pub fn truth(&self, width: usize, height: usize) -> Vec<TrueTag> {
+        self.tag.truth(&self.homography, width, height)
+    }
+
+    /// The pixels of `limit` that the tag or its sheet touches; empty when there are none, or when a part of it lies
+    /// behind the camera.
+    pub(crate) fn window(&self, limit: &Window) -> Window {
+        if !self.tag.in_front_of_camera(&self.homography) {
+            return Window { width: 0, ..*limit };
+        }
+        limit.around(&self.outline())
+    }
+
+    /// Paints the tag over what is on the canvas.
+    pub(crate) fn paint(&self, canvas: &mut Canvas, coverage: &mut Coverage) {
+        let window = self.window(&canvas.window);
+        if window.is_empty() {
+            return;
+        }
+        coverage.clear_to(window);
+        self.cover(coverage);
+        for y in window.rows() {
+            let pixels = canvas.row_mut(y, window.columns());
+            for (pixel, [painted, ink]) in pixels.iter_mut().zip(coverage.row(y)) {
+                *pixel += painted * (self.white - *pixel) + ink * (self.black - self.white);
+            }
+        }
+    }
+
+    /// Adds the edges of everything that is printed. A nest of tags is one print: where an inner tag meets its hole
+    /// the shares of a pixel add up, and nothing shines through between them.
+    fn cover(&self, coverage: &mut Coverage) {
+        let outline = self.outline();
+        let sense = if counter_clockwise(&outline) { 1.0 } else { -1.0 };
+        let bare = match self.paper {
+            Paper::CutOut => [0.0, 0.0],
+            Paper::Sheet { .. } => [1.0, 0.0],
+        };
+        coverage.add_polygon(&outline, bare.map(|share| share * sense));
+        let (mut tag, mut homography) = (&self.tag, self.homography);
+        cover_cells(tag, &homography, bare, sense, coverage);
+        while let Some(inner) = tag.inner() {
+            homography = tag.into_hole(inner, &homography);
+            tag = inner;
+            cover_cells(tag, &homography, bare, sense, coverage);
+        }
+    }
+
+    /// The corners of the sheet, or of the print where there is no sheet, in the picture: top left, bottom left,
+    /// bottom right, top right of the upright tag.
+    fn outline(&self) -> [Point; 4] {
+        let margin = match self.paper {
+            Paper::CutOut => 0.0,
+            Paper::Sheet { margin_cells } => margin_cells.max(0.0),
+        };
+        let radius = self.tag.print_radius() * (1.0 + 2.0 * margin / self.tag.grid().width() as f64);
+        let corners = [[-radius, -radius], [-radius, radius], [radius, radius], [radius, -radius]];
+        corners.map(|corner| project(&self.homography, corner))
+    }
+}
+
+/// Adds the edges between cells of different paint. `bare` is what already lies where nothing is printed.
+fn cover_cells(tag: &Tag, homography: &Homography, bare: Layers, sense: f32, coverage: &mut Coverage) {
+    let to_pixels = tag.from_cells(homography);
+    let corner_at = |x: i64, y: i64| project(&to_pixels, [x as f64, y as f64]);
+    let share_at = |x: i64, y: i64| match tag.paint_at(x, y) {
+        Paint::White => [1.0, 0.0],
+        Paint::Black => [1.0, 1.0],
+        Paint::Clear => bare,
+    };
+    let width = tag.grid().width() as i64;
+    for y in 0..=width {
+        for x in 0..=width {
+            let (here, left, above) = (share_at(x, y), share_at(x - 1, y), share_at(x, y - 1));
+            let corner = corner_at(x, y);
+            if here != left {
+                coverage.add_edge(corner, corner_at(x, y + 1), step(here, left, sense));
+            }
+            if here != above {
+                coverage.add_edge(corner, corner_at(x + 1, y), step(above, here, sense));
+            }
+        }
+    }
+}
+
+/// The weight of an edge between two shares.
+fn step(to: Layers, from: Layers, sense: f32) -> Layers {
+    [(to[0] - from[0]) * sense, (to[1] - from[1]) * sense]
+}
+
+/// Whether a polygon goes round counter-clockwise as seen in the picture (y points down).
+fn counter_clockwise(polygon: &[Point]) -> bool {
+    let following = polygon.iter().cycle().skip(1);
+    polygon.iter().zip(following).map(|(a, b)| a[1] * b[0] - a[0] * b[1]).sum::<f64>() > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Turn, View, homography_of};
+    use tagbus_family::Family;
+
+    const GROUND: f32 = 120.0;
+
+    fn tag(name: &str, id: u32) -> Tag {
+        Tag::new(&Family::published(name).unwrap(), id).unwrap()
+    }
+
+    fn painted(placement: &Placement, width: usize, height: usize) -> Canvas {
+        let mut canvas = Canvas::plain(Window::whole(width, height), GROUND);
+        placement.paint(&mut canvas, &mut Coverage::default());
+        canvas
+    }
+
+    fn pixel(canvas: &Canvas, x: usize, y: usize) -> f32 {
+        canvas.row(y, x..x + 1)[0]
+    }
+
+    /// One pixel a cell: the print's top-left corner in the top-left corner of the picture.
+    fn pixel_a_cell(tag: &Tag, border_width: f64) -> Homography {
+        let (half, middle) = (border_width / 2.0, tag.grid().width() as f64 / 2.0);
+        [half, 0.0, middle, 0.0, half, middle, 0.0, 0.0, 1.0]
+    }
+
+    #[test]
+    fn with_one_pixel_a_cell_the_picture_is_the_grid() {
+        for (name, border_width) in [("tag36h11", 8.0), ("tagCustom48h12", 6.0), ("tagCircle21h7", 5.0)] {
+            let tag = tag(name, 3);
+            let canvas = painted(&Placement::new(tag.clone(), pixel_a_cell(&tag, border_width)), 12, 12);
+            for y in 0..12 {
+                for x in 0..12 {
+                    let expected = match tag.paint_at(x, y) {
+                        Paint::White => 215.0,
+                        Paint::Black => 35.0,
+                        Paint::Clear => GROUND,
+                    };
+                    let found = pixel(&canvas, x as usize, y as usize);
+                    assert!((found - expected).abs() < 1e-3, "{name} cell {x}, {y}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_mirrored_map_paints_the_mirrored_tag() {
+        let tag = tag("tag36h11", 3);
+        let upright = pixel_a_cell(&tag, 8.0);
+        let mut mirrored = upright;
+        mirrored[0] = -upright[0];
+        let (one, other) = (Placement::new(tag.clone(), upright), Placement::new(tag, mirrored));
+        let (one, other) = (painted(&one, 10, 10), painted(&other, 10, 10));
+        for y in 0..10 {
+            for x in 0..10 {
+                assert!((pixel(&one, x, y) - pixel(&other, 9 - x, y)).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn a_sheet_is_white_around_the_print_and_where_cells_are_clear() {
+        let tag = tag("tagCircle21h7", 0);
+        let mut homography = pixel_a_cell(&tag, 5.0);
+        (homography[2], homography[5]) = (homography[2] + 2.0, homography[5] + 2.0);
+        let paper = Paper::Sheet { margin_cells: 1.5 };
+        let canvas = painted(&Placement { paper, ..Placement::new(tag, homography) }, 14, 14);
+        assert_eq!(pixel(&canvas, 1, 6), 215.0);
+        assert!((pixel(&canvas, 0, 6) - (GROUND + 215.0) / 2.0).abs() < 1e-3);
+        assert!((pixel(&canvas, 2, 2) - 215.0).abs() < 1e-3, "the clear corner of the circle");
+    }
+
+    #[test]
+    fn nothing_shines_through_between_a_nested_tag_and_its_hole() {
+        let nested = tag("tagCustom48h12", 0).nest(tag("tag36h11", 0)).unwrap();
+        let layout = Family::published("tagCustom48h12").unwrap().layout().clone();
+        let turn = Turn { rotation_rad: 0.3, tilt_rad: 0.5, tilt_direction_rad: 1.0 };
+        let view = View { centre: [100.0, 100.0], cell_px: 12.3, turn, ..View::default() };
+        let mut placement = Placement::new(nested, homography_of(&layout, &view));
+        // On a black ground, with black and white painted the same, every gap would show.
+        (placement.black, placement.white) = (200.0, 200.0);
+        let mut canvas = Canvas::plain(Window::whole(200, 200), 0.0);
+        placement.paint(&mut canvas, &mut Coverage::default());
+        for y in 80..120 {
+            for x in 80..120 {
+                assert!((pixel(&canvas, x, y) - 200.0).abs() < 0.01, "gap at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tag_behind_the_camera_or_without_finite_numbers_is_not_painted() {
+        let tag = tag("tag36h11", 0);
+        for (entry, value) in [(6, 2.0), (6, -0.9), (0, f64::NAN), (2, f64::INFINITY)] {
+            let mut homography = pixel_a_cell(&tag, 8.0);
+            homography[entry] = value;
+            let canvas = painted(&Placement::new(tag.clone(), homography), 10, 10);
+            assert!(canvas.pixels.iter().all(|&pixel| pixel == GROUND), "entry {entry} = {value}");
+        }
+    }
+}
