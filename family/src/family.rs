@@ -78,10 +78,12 @@ impl Family {
     /// yields, fewer: 0 for families of up to 16 bits (tag16h5), 1 for those of more than 10,000 codes and for
     /// distances up to 7 (tagCircle21h7).
     pub fn default_hamming(&self) -> u32 {
-        let wanted = match () {
-            () if self.layout.bit_count() <= 16 => 0,
-            () if self.codes.len() > 10_000 || self.distance <= 7 => 1,
-            () => 2,
+        let wanted = if self.layout.bit_count() <= 16 {
+            0
+        } else if self.codes.len() > 10_000 || self.distance <= 7 {
+            1
+        } else {
+            2
         };
         self.correctable().min(wanted)
     }
@@ -222,3 +224,89 @@ impl fmt::Display for FamilyError {
 }
 
 impl std::error::Error for FamilyError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Paint;
+
+    fn small(codes: Vec<u64>, distance: u32) -> Result<Family, FamilyError> {
+        Family::new("small", Layout::classic(8).unwrap(), codes, distance)
+    }
+
+    #[test]
+    fn a_family_of_ones_own_keeps_what_it_was_given() {
+        let family = small(vec![0x27c8, 0x31b6], 5).unwrap();
+        assert_eq!(
+            (family.name(), family.codes(), family.distance()),
+            ("small", [0x27c8, 0x31b6].as_slice(), 5)
+        );
+        assert_eq!(family.layout(), &Layout::classic(8).unwrap());
+    }
+
+    #[test]
+    fn impossible_families_are_refused_with_the_reason() {
+        let refused = |codes, distance| small(codes, distance).unwrap_err();
+        assert_eq!(refused(vec![], 5), FamilyError::NoCodes);
+        assert_eq!(
+            refused(vec![1, 0x1_0000], 1),
+            FamilyError::CodeTooWide { id: 1, code: 0x1_0000, bit_count: 16 }
+        );
+        assert_eq!(refused(vec![1, 2, 1], 1), FamilyError::SameTag { first: 0, second: 2, code: 1 });
+        assert_eq!(refused(vec![1], 0), FamilyError::Distance { distance: 0, bit_count: 16 });
+        assert_eq!(refused(vec![1], 17), FamilyError::Distance { distance: 17, bit_count: 16 });
+        let message = refused(vec![7, 0x1_0000], 1).to_string();
+        assert!(message.contains("code 1 is 0x10000") && message.contains("16 data cells"), "{message}");
+    }
+
+    #[test]
+    fn a_turned_tag_is_the_same_tag() {
+        let turned = Layout::classic(8).unwrap().rotate90(0x27c8);
+        assert_eq!(
+            small(vec![0x27c8, turned], 1),
+            Err(FamilyError::SameTag { first: 0, second: 1, code: turned })
+        );
+    }
+
+    #[test]
+    fn distances_are_measured_over_all_rotations() {
+        let family = Family::published("tag16h5").unwrap();
+        let turned_and_one_off = family.layout().rotate90(family.codes()[3]) ^ 1;
+        let mut codes = family.codes().to_vec();
+        codes.push(turned_and_one_off);
+        let stretched = Family::new("stretched", family.layout().clone(), codes, 5).unwrap();
+        assert_eq!(family.minimum_distance().overall(), 5);
+        assert_eq!(stretched.minimum_distance().between_codes, Some(1));
+        assert_eq!(small(vec![0x27c8], 5).unwrap().minimum_distance().between_codes, None);
+        assert_eq!(small(vec![0xffff], 5).unwrap().minimum_distance().overall(), 0);
+    }
+
+    #[test]
+    fn default_corrections_are_fewer_where_chance_finds_are_likely() {
+        let bits = |name| Family::published(name).unwrap().default_hamming();
+        assert_eq!(Family::PUBLISHED.map(bits), [0, 2, 2, 2, 1, 1, 1, 2, 1]);
+        assert_eq!(
+            Family::new("d", Layout::classic(10).unwrap(), vec![5, 6], 2).unwrap().default_hamming(),
+            0
+        );
+    }
+
+    #[test]
+    fn a_tag_is_drawn_for_each_id_and_for_no_other() {
+        let family = Family::published("tag25h9").unwrap();
+        assert_eq!(family.grid(34), Some(family.layout().draw(family.codes()[34])));
+        assert_eq!(family.grid(35), None);
+        assert_eq!(family.grid(u32::MAX), None);
+    }
+
+    #[test]
+    fn tag36h11_id_0_looks_as_in_the_first_page_of_the_documentation() {
+        let documentation = include_str!("lib.rs");
+        let grid = Family::published("tag36h11").unwrap().grid(0).unwrap();
+        for row in grid.rows() {
+            let drawn: String =
+                row.iter().map(|paint| if *paint == Paint::Black { "##" } else { " ." }).collect();
+            assert!(documentation.contains(&format!("//!    {drawn}")), "{drawn}");
+        }
+    }
+}

@@ -48,3 +48,22 @@ impl Grid {
         self.cells.chunks_exact(self.width)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_and_single_cells_show_the_same() {
+        let cells = [Paint::White, Paint::Black, Paint::Clear, Paint::White];
+        let grid = Grid::new(2, cells.to_vec());
+        assert_eq!(grid.rows().flatten().copied().collect::<Vec<_>>(), cells);
+        assert_eq!([grid.get(0, 0), grid.get(1, 0), grid.get(0, 1), grid.get(1, 1)], cells);
+    }
+
+    #[test]
+    #[should_panic(expected = "cell (2, 0) lies outside a grid of 2 x 2")]
+    fn a_cell_outside_is_refused_and_not_taken_from_the_next_row() {
+        Grid::new(2, vec![Paint::White; 4]).get(2, 0);
+    }
+}

@@ -96,7 +96,7 @@ impl Index {
     }
 
     fn improve(&self, best: &mut Option<Found>, turned: u64, rotation: u32) {
-        if self.chunks.is_empty() {
+        if self.chunks.is_empty() && self.any_is_near(turned) {
             (0..self.codes.len()).for_each(|place| self.compare(best, turned, rotation, place));
         }
         for chunk in &self.chunks {
@@ -104,6 +104,12 @@ impl Index {
                 self.compare(best, turned, rotation, entry.place as usize);
             }
         }
+    }
+
+    /// Says quickly, for a few codes, that none is within reach: a loop without branches, many codes at once.
+    fn any_is_near(&self, turned: u64) -> bool {
+        let nearest = self.codes.iter().map(|code| (code ^ turned).count_ones()).fold(u32::MAX, u32::min);
+        nearest <= self.hamming
     }
 
     fn compare(&self, best: &mut Option<Found>, turned: u64, rotation: u32, place: usize) {
@@ -201,5 +207,196 @@ impl Cut {
         // At most 2^start - 1, so that the key itself does not get in.
         let lower = code & ((1 << self.start) - 1);
         (upper | lower.checked_shl(self.bit_count - above).unwrap_or(0)) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Layout;
+    use crate::random::Random;
+
+    /// What `Index::lookup` has to find, by comparing with everything.
+    fn brute_force(family: &Family, ids: &[u32], hamming: u32, code: u64) -> Option<Found> {
+        let mut turned = code;
+        let mut found = Vec::new();
+        for rotation in 0..4 {
+            let of = |&id: &u32| Found {
+                id,
+                hamming: (family.codes()[id as usize] ^ turned).count_ones(),
+                rotation,
+            };
+            found.extend(ids.iter().map(of).filter(|found| found.hamming <= hamming));
+            turned = family.layout().rotate90(turned);
+        }
+        found.into_iter().min_by_key(Found::rank)
+    }
+
+    fn all_ids(family: &Family) -> Vec<u32> {
+        (0..family.codes().len() as u32).collect()
+    }
+
+    fn with_errors(code: u64, count: u32, bit_count: u32, random: &mut Random) -> u64 {
+        let mut wrong = 0_u64;
+        while wrong.count_ones() < count {
+            wrong |= 1 << random.below(bit_count as usize);
+        }
+        code ^ wrong
+    }
+
+    fn turned(family: &Family, code: u64, times: u32) -> u64 {
+        (0..times).fold(code, |code, _| family.layout().rotate90(code))
+    }
+
+    fn distances(name: &str) -> impl Iterator<Item = (Family, Index)> {
+        let family = Family::published(name).unwrap();
+        (0..=family.correctable().min(4)).map(move |hamming| (family.clone(), Index::new(&family, hamming)))
+    }
+
+    #[test]
+    fn look_up_agrees_with_brute_force_on_random_codes_and_on_tags_with_errors() {
+        for (seed, name) in (1..).zip(Family::PUBLISHED) {
+            let mut random = Random::new(seed);
+            for (family, index) in distances(name) {
+                let ids = all_ids(&family);
+                let bit_count = family.layout().bit_count();
+                let mask = u64::MAX >> (64 - bit_count);
+                let rounds = (2_000_000 / ids.len()).clamp(20, 1000);
+                for round in 0..rounds {
+                    let id = random.below(ids.len());
+                    let errors = random.below(index.hamming() as usize + 2) as u32;
+                    let tag = turned(&family, family.codes()[id], random.below(4) as u32);
+                    let tag = with_errors(tag, errors, bit_count, &mut random);
+                    for code in [tag, random.next() & mask] {
+                        let expected = brute_force(&family, &ids, index.hamming(), code);
+                        assert_eq!(
+                            index.lookup(code),
+                            expected,
+                            "{name}, seed {seed}, round {round}, {code:#x}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_tag_is_found_in_every_rotation_with_all_the_errors_that_are_corrected() {
+        for (seed, name) in (100..).zip(Family::PUBLISHED) {
+            let mut random = Random::new(seed);
+            for (family, index) in distances(name) {
+                for (id, &code) in family.codes().iter().enumerate() {
+                    let rotation = random.below(4) as u32;
+                    let read = turned(&family, code, (4 - rotation) % 4);
+                    let hamming = index.hamming();
+                    let read = with_errors(read, hamming, family.layout().bit_count(), &mut random);
+                    let expected = Found { id: id as u32, hamming, rotation };
+                    assert_eq!(index.lookup(read), Some(expected), "{name}, seed {seed}, {read:#x}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_codes_are_their_own_nearest_for_all_four_rotations() {
+        let family = Family::published("tag36h11").unwrap();
+        let index = Index::new(&family, 2);
+        for (id, &code) in family.codes().iter().enumerate() {
+            for times in 0..4 {
+                let expected = Found { id: id as u32, hamming: 0, rotation: (4 - times) % 4 };
+                assert_eq!(index.lookup(turned(&family, code, times)), Some(expected));
+            }
+        }
+    }
+
+    /// A family whose stated distance is far too large, so that several codes lie within reach.
+    fn crowded(count: usize, seed: u64) -> Family {
+        let layout = Layout::classic(8).unwrap();
+        let mut random = Random::new(seed);
+        let mut codes: Vec<u64> = Vec::new();
+        while codes.len() < count {
+            let code = random.next() & 0xffff;
+            let is_new = (0..4).all(|times| {
+                let turned = (0..times).fold(code, |code, _| layout.rotate90(code));
+                !codes.contains(&turned)
+            });
+            if is_new {
+                codes.push(code);
+            }
+        }
+        Family::new("crowded", layout, codes, 9).unwrap()
+    }
+
+    #[test]
+    fn the_nearest_code_wins_where_several_are_in_reach() {
+        for (count, seed) in [(SCAN_AT_MOST, 1), (SCAN_AT_MOST + 1, 2), (300, 3)] {
+            let family = crowded(count, seed);
+            for hamming in 0..=4 {
+                let index = Index::new(&family, hamming);
+                for code in 0..0x1_0000 {
+                    let expected = brute_force(&family, &all_ids(&family), hamming, code);
+                    assert_eq!(index.lookup(code), expected, "{count} codes, {hamming} bits, {code:#x}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_allowed_ids_are_found() {
+        let family = Family::published("tag36h11").unwrap();
+        for (count, seed) in [(0, 1), (3, 2), (SCAN_AT_MOST, 3), (200, 4)] {
+            let mut random = Random::new(seed);
+            let allowed: Vec<u32> = (0..count).map(|_| random.below(family.codes().len()) as u32).collect();
+            let index = Index::for_ids(&family, 2, &allowed);
+            for (id, &code) in all_ids(&family).iter().zip(family.codes()) {
+                let expected = allowed.contains(id).then_some(*id);
+                assert_eq!(index.lookup(code ^ 0b101).map(|found| found.id), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn ids_that_do_not_exist_or_come_twice_change_nothing() {
+        let family = Family::published("tag25h9").unwrap();
+        let index = Index::for_ids(&family, 2, &[35, u32::MAX, 7, 7]);
+        assert_eq!(index.ids, [7]);
+    }
+
+    #[test]
+    fn more_errors_than_can_be_told_apart_are_not_corrected() {
+        for (name, most) in
+            [("tag16h5", 2), ("tag25h9", 4), ("tag36h10", 4), ("tag36h11", 5), ("tagCircle21h7", 3)]
+        {
+            let family = Family::published(name).unwrap();
+            assert_eq!(Index::new(&family, 64).hamming(), most);
+            assert_eq!(Index::new(&family, 1).hamming(), 1);
+        }
+    }
+
+    #[test]
+    fn bits_beyond_the_code_are_not_looked_at() {
+        let family = Family::published("tag36h11").unwrap();
+        let read = family.codes()[5] | 1 << 63;
+        let index = Index::new(&family, 0);
+        assert_eq!(index.lookup(read), Some(Found { id: 5, hamming: 0, rotation: 0 }));
+    }
+
+    #[test]
+    fn key_and_fingerprint_have_no_bit_in_common_and_cover_what_they_can() {
+        for bit_count in 4..=64 {
+            for chunk_count in 1..=4 {
+                for number in 0..chunk_count {
+                    let cut = Cut::new(bit_count, number, chunk_count, 1000);
+                    let seen =
+                        |bit: u32| (cut.key(1 << bit).count_ones(), cut.fingerprint(1 << bit).count_ones());
+                    let (keys, prints) =
+                        (0..bit_count).map(seen).fold((0, 0), |(keys, prints), (key, print)| {
+                            assert!(key + print <= 1);
+                            (keys + key, prints + print)
+                        });
+                    assert_eq!((keys, prints), (cut.key_bits, 32.min(bit_count - cut.key_bits)));
+                }
+            }
+        }
     }
 }

@@ -1,60 +1,11 @@
 //! Layouts: what each cell of the printed square is, where the border lies, and in which order the bits are read.
 //!
-//! Source: "Flexible Layouts for Fiducial Tags" (Krogius, Haggenmiller, Olson 2019), section III.
+//! Source: "Flexible Layouts for Fiducial Tags" (Krogius, Haggenmiller, Olson 2019), section III-A.
 
 use crate::grid::{Grid, Paint};
+use crate::layout_error::{LayoutError, MAX_BITS, MIN_BITS};
 use crate::shape;
-use std::fmt;
-
-/// More cells along an edge than any printed tag has; keeps a mistyped size from eating the memory.
-const MAX_TOTAL_WIDTH: usize = 64;
-/// Codes are kept in a `u64`.
-const MAX_BITS: usize = 64;
-/// With fewer bits not even the four ways to turn a tag can be told apart.
-const MIN_BITS: usize = 4;
-
-/// What one cell of the printed square is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Cell {
-    /// Always white, letter `w`.
-    White,
-    /// Always black, letter `b`.
-    Black,
-    /// Holds a data bit, white for 1, letter `d`.
-    Data,
-    /// Not part of the tag, letter `x`.
-    Ignored,
-}
-
-impl Cell {
-    fn from_letter(letter: char) -> Option<Cell> {
-        match letter {
-            'w' => Some(Cell::White),
-            'b' => Some(Cell::Black),
-            'd' => Some(Cell::Data),
-            'x' => Some(Cell::Ignored),
-            _ => None,
-        }
-    }
-
-    fn letter(self) -> char {
-        match self {
-            Cell::White => 'w',
-            Cell::Black => 'b',
-            Cell::Data => 'd',
-            Cell::Ignored => 'x',
-        }
-    }
-}
-
-/// Which side of the border edge is white.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Border {
-    /// White outside, black inside (tag36h11).
-    Normal,
-    /// Black outside, white inside (tagStandard41h12).
-    Reversed,
-}
+use crate::square::{Border, Cell, Square, check_width};
 
 /// A valid layout: a square of cells that looks the same after a quarter turn, with a border and 4 to 64 data bits.
 ///
@@ -81,7 +32,7 @@ impl Layout {
     /// # Errors
     /// Any [`LayoutError`]: the letters are checked first, then the size, symmetry, border and number of bits.
     pub fn parse(cells: &str) -> Result<Layout, LayoutError> {
-        let square = Square::new(read_cells(cells)?)?;
+        let square = Square::parse(cells)?;
         square.check_symmetry()?;
         let (margin, border) = square.find_border().ok_or(LayoutError::NoBorder)?;
         let bits = square.quadrant_order();
@@ -121,12 +72,12 @@ impl Layout {
 
     /// Cells along one edge of the print.
     pub fn total_width(&self) -> usize {
-        self.square.width
+        self.square.width()
     }
 
     /// Cells along the edge where black meets white: the tag size of pose estimation, in cells.
     pub fn width_at_border(&self) -> usize {
-        self.square.width - 2 * self.margin
+        self.square.width() - 2 * self.margin
     }
 
     /// Which side of that edge is white.
@@ -158,7 +109,7 @@ impl Layout {
     pub fn cell(&self, x: i32, y: i32) -> Cell {
         let in_print = |at: i32| usize::try_from(i64::from(at) + self.margin as i64).ok();
         match (in_print(x), in_print(y)) {
-            (Some(x), Some(y)) if x.max(y) < self.square.width => self.square.at(x, y),
+            (Some(x), Some(y)) if x.max(y) < self.square.width() => self.square.at(x, y),
             _ => Cell::Ignored,
         }
     }
@@ -172,35 +123,35 @@ impl Layout {
 
     /// Cells that belong to the tag: all but the ignored ones.
     pub fn area(&self) -> usize {
-        self.square.cells.iter().filter(|&&cell| cell != Cell::Ignored).count()
+        self.square.cells().iter().filter(|&&cell| cell != Cell::Ignored).count()
     }
 
     /// Width of the centred square of ignored cells into which a smaller tag fits, 0 when there is none
     /// (tagCustom48h12: 2).
     pub fn hole_width(&self) -> usize {
-        let smallest_margin = self.square.width.div_ceil(2);
+        let smallest_margin = self.square.width().div_ceil(2);
         let ring_is_open = |ring: &usize| self.square.ring_is(*ring, Cell::Ignored);
         let open_rings = (0..smallest_margin).rev().take_while(ring_is_open).count();
         match open_rings {
             0 => 0,
-            rings => self.square.width - 2 * (smallest_margin - rings),
+            rings => self.square.width() - 2 * (smallest_margin - rings),
         }
     }
 
     /// The letters of the layout without blanks, as [`Layout::parse`] reads them.
     pub fn text(&self) -> String {
-        self.square.cells.iter().map(|cell| cell.letter()).collect()
+        self.square.cells().iter().map(|cell| cell.letter()).collect()
     }
 
     /// The tag with this code, cell by cell. Bits beyond [`Layout::bit_count`] are not looked at.
     pub fn draw(&self, code: u64) -> Grid {
-        let mut paint: Vec<Paint> = self.square.cells.iter().map(|&cell| fixed_paint(cell)).collect();
+        let mut paint: Vec<Paint> = self.square.cells().iter().map(|&cell| fixed_paint(cell)).collect();
         for (place, &[x, y]) in self.bits.iter().rev().enumerate() {
             if code >> place & 1 == 1 {
                 paint[self.print_offset(x, y)] = Paint::White;
             }
         }
-        Grid::new(self.square.width, paint)
+        Grid::new(self.square.width(), paint)
     }
 
     /// The code whose data cells, read row after row from the top, spell `rows` (most significant bit first).
@@ -225,12 +176,12 @@ impl Layout {
             place -= u32::from(cell == Cell::Data);
             place
         };
-        self.square.cells.iter().map(next).collect()
+        self.square.cells().iter().map(next).collect()
     }
 
     fn print_offset(&self, x: i32, y: i32) -> usize {
         let margin = self.margin as i32;
-        (y + margin) as usize * self.square.width + (x + margin) as usize
+        (y + margin) as usize * self.square.width() + (x + margin) as usize
     }
 }
 
@@ -257,208 +208,305 @@ fn fixed_paint(cell: Cell) -> Paint {
     }
 }
 
-fn read_cells(cells: &str) -> Result<Vec<Cell>, LayoutError> {
-    let letters = cells.chars().filter(|letter| !letter.is_whitespace());
-    let read =
-        |(position, letter)| Cell::from_letter(letter).ok_or(LayoutError::UnknownLetter { letter, position });
-    letters.enumerate().map(read).collect()
-}
-
-fn check_width(total_width: usize) -> Result<(), LayoutError> {
-    match total_width {
-        0 => Err(LayoutError::NotSquare { cells: 0 }),
-        1..=MAX_TOTAL_WIDTH => Ok(()),
-        _ => Err(LayoutError::TooWide { total_width }),
-    }
-}
-
 fn from_border(bits: &[[usize; 2]], margin: usize) -> Vec<[i32; 2]> {
     bits.iter().map(|at| at.map(|print| print as i32 - margin as i32)).collect()
 }
 
-/// The cells of the print before anything but their number is known to be right.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Square {
-    width: usize,
-    cells: Vec<Cell>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
 
-impl Square {
-    fn new(cells: Vec<Cell>) -> Result<Square, LayoutError> {
-        let width = cells.len().isqrt();
-        if width * width != cells.len() {
-            return Err(LayoutError::NotSquare { cells: cells.len() });
-        }
-        check_width(width)?;
-        Ok(Square { width, cells })
+    const CUSTOM: &str = "dddddddddd dbbbbbbbbd dbwwwwwwbd dbwddddwbd dbwdxxdwbd
+                          dbwdxxdwbd dbwddddwbd dbwwwwwwbd dbbbbbbbbd dddddddddd";
+
+    fn named() -> Vec<Layout> {
+        let named = [
+            Layout::classic(8),
+            Layout::classic(9),
+            Layout::classic(10),
+            Layout::standard(9),
+            Layout::standard(10),
+            Layout::circle(9),
+            Layout::circle(11),
+            Layout::parse(CUSTOM),
+        ];
+        named.map(Result::unwrap).to_vec()
     }
 
-    fn at(&self, x: usize, y: usize) -> Cell {
-        self.cells[y * self.width + x]
-    }
-
-    /// Where the cell at `x`, `y` lies after a quarter turn clockwise.
-    fn turned(&self, [x, y]: [usize; 2]) -> [usize; 2] {
-        [self.width - 1 - y, x]
-    }
-
-    fn check_symmetry(&self) -> Result<(), LayoutError> {
-        for y in 0..self.width {
-            for x in 0..self.width {
-                let [turned_x, turned_y] = self.turned([x, y]);
-                let (cell, turned) = (self.at(x, y), self.at(turned_x, turned_y));
-                if cell != turned {
-                    return Err(LayoutError::NotSymmetric {
-                        cell: [x, y],
-                        letter: cell.letter(),
-                        turned_cell: [turned_x, turned_y],
-                        turned_letter: turned.letter(),
-                    });
+    /// The letters of a random square that looks the same after a quarter turn and has a border somewhere.
+    fn random_letters(random: &mut Random) -> String {
+        let width = 4 + random.below(8);
+        let edge = random.below(width.div_ceil(2) - 1);
+        let rings = if random.below(2) == 0 { ['w', 'b'] } else { ['b', 'w'] };
+        let mut letters = vec![' '; width * width];
+        for y in 0..width {
+            for x in 0..width {
+                let ring = x.min(y).min(width - 1 - x).min(width - 1 - y);
+                let free = ['w', 'b', 'd', 'd', 'd', 'x'][random.below(6)];
+                let letter = if ring == edge || ring == edge + 1 { rings[ring - edge] } else { free };
+                let [mut x, mut y] = [x, y];
+                for _ in 0..4 {
+                    letters[y * width + x] = letter;
+                    [x, y] = [width - 1 - y, x];
                 }
             }
         }
-        Ok(())
+        letters.into_iter().collect()
     }
 
-    /// The outermost pair of neighbouring rings of which one is all black and the other all white: the number of
-    /// cells outside the edge between them, and its kind.
-    fn find_border(&self) -> Option<(usize, Border)> {
-        let pair = |outer: usize, outer_cell, inner_cell| {
-            self.ring_is(outer, outer_cell) && self.ring_is(outer + 1, inner_cell)
+    fn random_layouts(seed: u64, count: usize) -> Vec<Layout> {
+        let mut random = Random::new(seed);
+        std::iter::repeat_with(|| Layout::parse(&random_letters(&mut random))).flatten().take(count).collect()
+    }
+
+    fn all(seed: u64) -> Vec<Layout> {
+        named().into_iter().chain(random_layouts(seed, 200)).collect()
+    }
+
+    fn random_code(layout: &Layout, random: &mut Random) -> u64 {
+        random.next() >> (64 - layout.bit_count())
+    }
+
+    #[test]
+    fn a_layout_is_read_back_from_its_text() {
+        for layout in all(1) {
+            assert_eq!(Layout::parse(&layout.text()), Ok(layout));
+        }
+    }
+
+    #[test]
+    fn four_quarter_turns_change_nothing() {
+        let mut random = Random::new(2);
+        for layout in all(2) {
+            let code = random_code(&layout, &mut random);
+            let turned = (0..4).fold(code, |code, _| layout.rotate90(code));
+            assert_eq!(turned, code, "{}", layout.text());
+        }
+    }
+
+    #[test]
+    fn rotate90_turns_the_drawn_tag_counter_clockwise() {
+        let mut random = Random::new(3);
+        for layout in all(3) {
+            let code = random_code(&layout, &mut random);
+            let (before, after) = (layout.draw(code), layout.draw(layout.rotate90(code)));
+            let last = layout.total_width() - 1;
+            for y in 0..=last {
+                for x in 0..=last {
+                    assert_eq!(after.get(x, y), before.get(last - y, x), "{} {code:#x}", layout.text());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rotate90_works_on_codes_of_64_bits() {
+        let layout = Layout::classic(12).unwrap();
+        assert_eq!(layout.bit_count(), 64);
+        assert_eq!(layout.rotate90(0xffff_0000_1234_0001), 0x0000_1234_0001_ffff);
+    }
+
+    #[test]
+    fn the_centre_bit_stays_where_it_is() {
+        let layout = Layout::classic(9).unwrap();
+        assert_eq!(layout.rotate90(1), 1);
+        assert_eq!(layout.bits().last(), Some(&[3, 3]));
+    }
+
+    #[test]
+    fn each_data_cell_has_exactly_one_bit() {
+        for layout in all(4) {
+            let width = layout.total_width() as i32;
+            let mut bits = layout.bits().to_vec();
+            bits.sort_unstable();
+            let margin = layout.margin() as i32;
+            let cells =
+                (-margin..width - margin).flat_map(|x| (-margin..width - margin).map(move |y| [x, y]));
+            let data: Vec<[i32; 2]> = cells.filter(|&[x, y]| layout.cell(x, y) == Cell::Data).collect();
+            assert_eq!(bits, data, "{}", layout.text());
+            assert_eq!(layout.bit_count() as usize, bits.len());
+        }
+    }
+
+    #[test]
+    fn a_one_is_white_and_a_zero_is_black_at_the_place_of_its_bit() {
+        for layout in all(5) {
+            let margin = layout.margin() as i32;
+            for (place, &[x, y]) in layout.bits().iter().rev().enumerate() {
+                let [x, y] = [x, y].map(|at| (at + margin) as usize);
+                assert_eq!(layout.draw(1 << place).get(x, y), Paint::White);
+                assert_eq!(layout.draw(!(1 << place)).get(x, y), Paint::Black);
+            }
+        }
+    }
+
+    #[test]
+    fn the_border_edge_lies_between_a_white_and_a_black_ring() {
+        for layout in all(6) {
+            let (outside, inside) = match layout.border() {
+                Border::Normal => (Cell::White, Cell::Black),
+                Border::Reversed => (Cell::Black, Cell::White),
+            };
+            let end = layout.width_at_border() as i32;
+            for along in 0..end {
+                for [x, y] in [[along, 0], [along, end - 1], [0, along], [end - 1, along]] {
+                    assert_eq!(layout.cell(x, y), inside, "{}", layout.text());
+                }
+            }
+            for along in -1..=end {
+                for [x, y] in [[along, -1], [along, end], [-1, along], [end, along]] {
+                    assert_eq!(layout.cell(x, y), outside, "{}", layout.text());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn row_major_codes_are_converted_both_ways() {
+        let mut random = Random::new(7);
+        for layout in all(7) {
+            let code = random_code(&layout, &mut random);
+            assert_eq!(layout.from_row_major(layout.to_row_major(code)), code);
+            assert_eq!(layout.to_row_major(layout.from_row_major(code)), code);
+        }
+    }
+
+    #[test]
+    fn row_major_codes_spell_the_rows() {
+        let layout = Layout::classic(8).unwrap();
+        let drawn = layout.draw(layout.from_row_major(0b1000_0110_0000_0001));
+        let white = |x: usize, y: usize| drawn.get(x + 2, y + 2) == Paint::White;
+        let cells = (0..16).filter(|cell| white(cell % 4, cell / 4));
+        assert_eq!(cells.collect::<Vec<_>>(), [0, 5, 6, 15]);
+    }
+
+    #[test]
+    fn sizes_of_the_published_layouts() {
+        let facts = |layout: &Layout| {
+            (
+                layout.bit_count(),
+                layout.total_width(),
+                layout.width_at_border(),
+                layout.margin(),
+                layout.area(),
+            )
         };
-        (0..self.width.div_ceil(2).saturating_sub(1)).find_map(|outer| {
-            let normal = pair(outer, Cell::White, Cell::Black).then_some((outer + 1, Border::Normal));
-            normal.or_else(|| pair(outer, Cell::Black, Cell::White).then_some((outer + 1, Border::Reversed)))
-        })
+        let expected = [
+            (16, 8, 6, 1, 64),
+            (25, 9, 7, 1, 81),
+            (36, 10, 8, 1, 100),
+            (41, 9, 5, 2, 81),
+            (52, 10, 6, 2, 100),
+            (21, 9, 5, 2, 61),
+            (49, 11, 5, 3, 89),
+            (48, 10, 6, 2, 96),
+        ];
+        assert_eq!(named().iter().map(facts).collect::<Vec<_>>(), expected);
+        let normal = named().iter().filter(|layout| layout.border() == Border::Normal).count();
+        assert_eq!(normal, 3);
     }
 
-    /// Whether all four sides of a ring (0 is the outermost) consist of this kind of cell.
-    fn ring_is(&self, ring: usize, kind: Cell) -> bool {
-        let last = self.width - 1 - ring;
-        (ring..=last).all(|along| {
-            let sides = [[along, ring], [last, along], [along, last], [ring, along]];
-            sides.iter().all(|&[x, y]| self.at(x, y) == kind)
-        })
+    #[test]
+    fn the_hole_is_the_centred_square_of_ignored_cells() {
+        assert_eq!(named().iter().map(Layout::hole_width).collect::<Vec<_>>(), [0, 0, 0, 0, 0, 0, 0, 2]);
+        let odd = Layout::parse("ddddddd dbbbbbd dbwwwbd dbwxwbd dbwwwbd dbbbbbd ddddddd").unwrap();
+        assert_eq!(odd.hole_width(), 1);
+        // Ignored cells around the tag are no hole.
+        let loose =
+            Layout::parse("xxxxxxxx xwwwwwwx xwbbbbwx xwbddbwx xwbddbwx xwbbbbwx xwwwwwwx xxxxxxxx").unwrap();
+        assert_eq!((loose.hole_width(), loose.margin(), loose.area()), (0, 2, 36));
     }
 
-    /// The data cells in the order of their bits, in print coordinates.
-    fn quadrant_order(&self) -> Vec<[usize; 2]> {
-        let mut quadrant = self.top_wedge();
-        let mut bits = Vec::with_capacity(4 * quadrant.len() + 1);
-        for _ in 0..4 {
-            bits.extend_from_slice(&quadrant);
-            quadrant.iter_mut().for_each(|at| *at = self.turned(*at));
+    #[test]
+    fn outside_the_print_nothing_belongs_to_the_tag() {
+        let layout = Layout::standard(9).unwrap();
+        for (x, y) in [(-3, 0), (0, -3), (7, 0), (0, 7), (i32::MIN, 0), (0, i32::MAX), (i32::MAX, i32::MIN)] {
+            assert_eq!(layout.cell(x, y), Cell::Ignored);
         }
-        let middle = self.width / 2;
-        if self.width % 2 == 1 && self.at(middle, middle) == Cell::Data {
-            bits.push([middle, middle]);
-        }
-        bits
+        assert_eq!(layout.cell(-2, 6), Cell::Data);
     }
 
-    /// The data cells between the diagonals at the top; of the diagonals' cells only those at the left.
-    fn top_wedge(&self) -> Vec<[usize; 2]> {
-        let row = |y: usize| (y..self.width - 1 - y).map(move |x| [x, y]);
-        (0..self.width / 2).flat_map(row).filter(|&[x, y]| self.at(x, y) == Cell::Data).collect()
+    #[test]
+    fn the_outermost_border_counts() {
+        let double =
+            Layout::parse("bbbbbbbb bwwwwwwb bwbbbbwb bwbddbwb bwbddbwb bwbbbbwb bwwwwwwb bbbbbbbb").unwrap();
+        assert_eq!((double.border(), double.width_at_border()), (Border::Reversed, 6));
     }
-}
 
-/// Why a text or a size is no layout. Cells are named `[x, y]`, counted from the top-left cell of the print.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum LayoutError {
-    /// A letter other than `w`, `b`, `d`, `x`.
-    UnknownLetter {
-        /// The letter.
-        letter: char,
-        /// Its place among the letters, blanks not counted, from 0.
-        position: usize,
-    },
-    /// The number of letters is not 1, 4, 9, 16, ...
-    NotSquare {
-        /// The number of letters.
-        cells: usize,
-    },
-    /// More than 64 cells along an edge.
-    TooWide {
-        /// Cells along an edge.
-        total_width: usize,
-    },
-    /// A cell differs from the one on which it falls after a quarter turn.
-    NotSymmetric {
-        /// The first such cell.
-        cell: [usize; 2],
-        /// Its letter.
-        letter: char,
-        /// Where it lies after a quarter turn clockwise.
-        turned_cell: [usize; 2],
-        /// The letter found there.
-        turned_letter: char,
-    },
-    /// No ring of white cells lies next to a ring of black cells.
-    NoBorder,
-    /// Fewer than 4 data cells.
-    TooFewBits {
-        /// The number of data cells.
-        count: usize,
-    },
-    /// More than 64 data cells.
-    TooManyBits {
-        /// The number of data cells.
-        count: usize,
-    },
-}
+    #[test]
+    fn letters_other_than_the_four_are_refused() {
+        let error = Layout::parse("wwww\nwb r").unwrap_err();
+        assert_eq!(error, LayoutError::UnknownLetter { letter: 'r', position: 6 });
+        assert!(error.to_string().starts_with("cell 6 of the layout is 'r'"), "{error}");
+    }
 
-impl fmt::Display for LayoutError {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            LayoutError::UnknownLetter { letter, position } => write!(
-                out,
-                "cell {position} of the layout is {letter:?}, allowed are w (white), b (black), d (data) and \
-                 x (not part of the tag)"
-            ),
-            LayoutError::NotSquare { cells } => {
-                let below = cells.isqrt().max(1);
-                let (fewer, more) = (below * below, (below + 1) * (below + 1));
-                write!(
-                    out,
-                    "a layout needs n x n cells, but {cells} were given; the next squares are {fewer} and {more}"
-                )
-            }
-            LayoutError::TooWide { total_width } => {
-                write!(
-                    out,
-                    "a layout has at most {MAX_TOTAL_WIDTH} cells along an edge, but {total_width} were asked for"
-                )
-            }
-            LayoutError::NotSymmetric {
-                cell: [x, y],
-                letter,
-                turned_cell: [turned_x, turned_y],
-                turned_letter,
-            } => {
-                write!(
-                    out,
-                    "the layout must look the same after a quarter turn, but cell ({x}, {y}) is {letter} and falls on \
-                     cell ({turned_x}, {turned_y}), which is {turned_letter}; make them equal"
-                )
-            }
-            LayoutError::NoBorder => write!(
-                out,
-                "the layout has no border: a closed ring of w cells is needed right outside or inside a closed ring \
-                 of b cells"
-            ),
-            LayoutError::TooFewBits { count } => {
-                write!(out, "the layout has {count} data cells, at least {MIN_BITS} are needed")
-            }
-            LayoutError::TooManyBits { count } => {
-                write!(
-                    out,
-                    "the layout has {count} data cells, at most {MAX_BITS} are possible; turn some into w, b or x"
-                )
+    #[test]
+    fn numbers_of_cells_that_are_no_square_are_refused() {
+        let error = Layout::parse(&"d".repeat(82)).unwrap_err();
+        assert_eq!(error, LayoutError::NotSquare { cells: 82 });
+        assert!(error.to_string().ends_with("the next squares are 81 and 100"), "{error}");
+        assert_eq!(Layout::parse(" \n"), Err(LayoutError::NotSquare { cells: 0 }));
+        assert_eq!(Layout::classic(0), Err(LayoutError::NotSquare { cells: 0 }));
+    }
+
+    #[test]
+    fn huge_sizes_are_refused_before_anything_is_drawn() {
+        for total_width in [65, 1 << 40, usize::MAX] {
+            for layout in
+                [Layout::classic(total_width), Layout::standard(total_width), Layout::circle(total_width)]
+            {
+                assert_eq!(layout, Err(LayoutError::TooWide { total_width }));
             }
         }
     }
-}
 
-impl std::error::Error for LayoutError {}
+    #[test]
+    fn a_single_changed_cell_breaks_the_symmetry_and_is_named() {
+        for layout in named() {
+            let text = layout.text();
+            for offset in 0..text.len() {
+                let centre = text.len() % 2 == 1 && offset == text.len() / 2;
+                let other = if &text[offset..=offset] == "x" { "d" } else { "x" };
+                let mut changed = text.clone();
+                changed.replace_range(offset..=offset, other);
+                let at = [offset % layout.total_width(), offset / layout.total_width()];
+                match Layout::parse(&changed) {
+                    Err(LayoutError::NotSymmetric { cell, turned_cell, .. }) => {
+                        assert!(cell == at || turned_cell == at, "{changed}");
+                    }
+                    other => assert!(centre, "{changed}: {other:?}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn mirrored_halves_may_differ() {
+        // Turned by 90 degrees it is the same, mirrored it is not: the x cells go round like a pinwheel.
+        let pinwheel = "wwwwwwww wbbbbbbw wbxdddbw wbdddddw wbdddddw wbdddxbw wbbbbbbw wwwwwwww";
+        assert!(matches!(Layout::parse(pinwheel), Err(LayoutError::NotSymmetric { .. })));
+        let pinwheel = "wwwwwwww wbbbbbbw wbdxddbw wbdddxbw wbxdddbw wbddxdbw wbbbbbbw wwwwwwww";
+        assert_eq!(Layout::parse(pinwheel).unwrap().bit_count(), 12);
+    }
+
+    #[test]
+    fn layouts_without_a_closed_border_are_refused() {
+        let no_rings = "d".repeat(64);
+        // Every ring pair has gaps at the corners only, so that the sides alone would pass.
+        let open_corners = "wwwwwwww wxbbbbxw wbwwwwbw wbwddwbw wbwddwbw wbwwwwbw wxbbbbxw wwwwwwww";
+        let open_corners = open_corners.replacen("wbwwwwbw", "wbxwwxbw", 2);
+        for letters in [no_rings, open_corners] {
+            assert_eq!(Layout::parse(&letters), Err(LayoutError::NoBorder), "{letters}");
+        }
+    }
+
+    #[test]
+    fn too_few_and_too_many_bits_are_refused() {
+        assert_eq!(Layout::classic(5), Err(LayoutError::TooFewBits { count: 1 }));
+        assert_eq!(Layout::classic(13), Err(LayoutError::TooManyBits { count: 81 }));
+        assert_eq!(Layout::classic(6).map(|layout| layout.bit_count()), Ok(4));
+        assert_eq!(Layout::classic(4), Err(LayoutError::TooFewBits { count: 0 }));
+        assert_eq!(Layout::classic(2), Err(LayoutError::NoBorder));
+    }
+}

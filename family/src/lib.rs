@@ -6,15 +6,23 @@
 //!
 //! # One tag
 //!
-//! tag36h11, id 0 (`##` is black). The white ring belongs to the print, the black ring is the border, the 6 x 6 cells
-//! inside are data. The *tag size* of pose estimation is the edge where black meets white, not the printed edge:
+//! tag36h11, id 0 (`##` is a black cell, ` .` a white one). The *tag size* of pose estimation is the border edge, where
+//! black meets white, and not the edge of the print:
 //!
 //! ```text
-//!    |<---- printed size, 10 ---->|
-//!    . . . . . . . . . . . . . . . .   layout.total_width()     = 10 cells
-//!    .                             .   layout.width_at_border() =  8 cells
-//!    .   ################          .   layout.margin()          =  1 cell
-//!    .   ##  ...
+//!    |<- printed size ->|     total_width()     10 cells
+//!      |<- tag size ->|       width_at_border()  8 cells
+//!    | |              | |     margin()           1 cell on each side
+//!     . . . . . . . . . .   <- white ring: inside the print, outside the border edge
+//!     .################ .   <- black ring: its outer edge is the border edge
+//!     .## . .## .## .## .   <- 6 x 6 data cells, white for 1
+//!     .#### . . .## .## .
+//!     .#### . .######## .
+//!     .## .## .######## .
+//!     .#### .## . .#### .
+//!     .######## .###### .
+//!     .################ .
+//!     . . . . . . . . . .
 //! ```
 //!
 //! Where data lies outside the border (tagStandard41h12: 5 cells of 9) the two sizes differ most, and a print measured
@@ -36,10 +44,19 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+mod random;
+
 mod shape;
 
+mod layout_error;
+pub use layout_error::LayoutError;
+
+mod square;
+pub use square::{Border, Cell};
+
 mod layout;
-pub use layout::{Border, Cell, Layout, LayoutError};
+pub use layout::Layout;
 
 mod grid;
 pub use grid::{Grid, Paint};

@@ -5,7 +5,8 @@
 //! last. `cargo run --example pack` writes such files. The tests measure every code instead of trusting the table.
 
 use crate::candidates::Candidates;
-use crate::layout::{Layout, LayoutError};
+use crate::layout::Layout;
+use crate::layout_error::LayoutError;
 use crate::name::UnknownFamily;
 
 /// The names of the published families.
@@ -61,7 +62,7 @@ pub struct Recipe {
     packed: &'static [u8],
 }
 
-/// The four data rings and columns around the 2 x 2 hole of tagCustom48h12.
+/// The standard shape of ten cells with a hole of 2 x 2 cells, into which a smaller tag fits.
 const CUSTOM_48: &str = "dddddddddd dbbbbbbbbd dbwwwwwwbd dbwddddwbd dbwdxxdwbd \
                          dbwdxxdwbd dbwddddwbd dbwwwwwwbd dbbbbbbbbd dddddddddd";
 
@@ -161,12 +162,13 @@ impl Recipe {
     }
 }
 
-/// Strictly increasing numbers as they are kept in a data file; the inverse is in the crate itself.
+/// Numbers in the form of a data file, compact when each is a little larger than the one before.
+/// [`crate::Family::published`] undoes it.
 pub fn pack(numbers: &[u64]) -> Vec<u8> {
     let mut packed = Vec::new();
     let mut last = 0;
     for &number in numbers {
-        let mut rest = number - last;
+        let mut rest = number.wrapping_sub(last);
         while rest >= 0x80 {
             packed.push(rest as u8 | 0x80);
             rest >>= 7;
@@ -178,14 +180,14 @@ pub fn pack(numbers: &[u64]) -> Vec<u8> {
 }
 
 fn unpack(packed: &[u8]) -> impl Iterator<Item = u64> {
-    let (mut number, mut difference, mut shift) = (0, 0, 0);
+    let (mut number, mut difference, mut shift) = (0_u64, 0, 0);
     packed.iter().filter_map(move |&byte| {
         difference |= u64::from(byte & 0x7f) << shift;
         shift += 7;
         if byte & 0x80 != 0 {
             return None;
         }
-        number += difference;
+        number = number.wrapping_add(difference);
         (difference, shift) = (0, 0);
         Some(number)
     })
@@ -200,8 +202,9 @@ mod tests {
         let mut numbers =
             vec![0, 1, 127, 128, 129, 255, 256, 16_383, 16_384, 1 << 35, (1 << 35) + 1, 1 << 62];
         assert_eq!(unpack(&pack(&numbers)).collect::<Vec<_>>(), numbers);
-        numbers.remove(0);
-        assert_eq!(unpack(&pack(&numbers)).collect::<Vec<_>>(), numbers);
+        numbers.reverse();
+        assert_eq!(unpack(&pack(&numbers)).collect::<Vec<_>>(), numbers, "numbers that fall");
+        assert_eq!(pack(&numbers[10..]), [1, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1]);
     }
 
     #[test]
