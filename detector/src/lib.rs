@@ -1,29 +1,41 @@
-//! A grey view in, tags with corners out.
+//! A grey view in, tags with corners out: the method of "Flexible Layouts for Fiducial Tags" (Krogius, Haggenmiller,
+//! Olson, IROS 2019), without files, processes or clocks.
+//!
+//! ```text
+//! LumaView ─▶ binarize ─▶ cluster ─▶ fit ─▶ identify ─▶ [Detection]
+//!   (bytes     dark and    outlines   quads   which tag,
+//!    where     bright      of one             corners to
+//!    they lie) pixels      colour             a fraction of a pixel
+//! ```
+//!
+//! ```
+//! use tagbus_detector::{Detector, LumaView, Settings};
+//! use tagbus_family::Family;
+//!
+//! let family = Family::published("tag36h11")?;
+//! let mut detector = Detector::new(&[family], &Settings::default())?;
+//! let frame = vec![128; 640 * 480];
+//! let tags = detector.detect(&LumaView::grey(&frame, 640, 480)?);
+//! assert!(tags.is_empty(), "a flat frame holds no tag");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Coordinates are drawn in `docs/coordinates.md`.
+
 #![deny(unsafe_code)]
 
+mod binarize;
+mod cluster;
 mod detection;
+mod detector;
+mod fit;
+mod identify;
 mod settings;
+mod simd;
 mod view;
 
 pub use detection::{Detection, Flags};
+pub use detector::{Detector, Phase};
 pub use settings::{Decimation, Settings, SettingsError};
-pub use view::{Geometry, LumaView, ViewError};
-
-use tagbus_family::Family;
-
-/// Finds tags. Owns every buffer it needs and reuses them: after the first frames nothing is allocated.
-pub struct Detector {
-    detections: Vec<Detection>,
-}
-
-impl Detector {
-    /// A detector for these families. Errors name the setting that is out of range.
-    pub fn new(_families: &[Family], _settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self { detections: Vec::new() })
-    }
-
-    /// Finds the tags in one frame. Cannot fail: a bad frame is refused when its [`LumaView`] is made.
-    pub fn detect(&mut self, _view: &LumaView) -> &[Detection] {
-        &self.detections
-    }
-}
+pub use simd::{Level, UnknownLevel};
+pub use view::{Geometry, LumaView, MAX_SIDE, MIN_SIDE, ViewError};

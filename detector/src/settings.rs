@@ -50,6 +50,17 @@ pub struct Settings {
     pub ids: Vec<u32>,
 }
 
+impl Settings {
+    /// Refuses values that are out of range.
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        Decimation::from_factor(self.decimation.factor())?;
+        if !(0.0..=10.0).contains(&self.sharpening) {
+            return Err(SettingsError::Sharpening(self.sharpening));
+        }
+        Ok(())
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

@@ -1,0 +1,83 @@
+//! The threshold of every tile.
+
+/// One threshold a tile: pixels below it are dark, the others bright; 0 marks a tile without contrast around it.
+#[derive(Default)]
+pub(crate) struct Cuts {
+    /// Tiles a row.
+    pub(super) tiles: usize,
+    pub(super) values: Vec<u8>,
+    columns: [Vec<u8>; 2],
+}
+
+impl Cuts {
+    /// The cut of the tile that pixel (x, y) of the search grid lies in.
+    #[inline(always)]
+    pub(crate) fn at(&self, x: usize, y: usize) -> u8 {
+        self.values[(y >> 2) * self.tiles + (x >> 2)]
+    }
+
+    /// The cuts of one row of tiles.
+    pub(super) fn row(&self, tile_row: usize) -> &[u8] {
+        &self.values[tile_row * self.tiles..][..self.tiles]
+    }
+
+    /// Cuts at the middle between the extremes of the 3x3 tiles around each tile, where these differ by `limit` or more.
+    pub(super) fn fill(&mut self, tiles: usize, minima: &[u8], maxima: &[u8], limit: u8) {
+        let rows = minima.len() / tiles;
+        self.tiles = tiles;
+        self.values.resize(minima.len(), 0);
+        for buffer in &mut self.columns {
+            buffer.resize(tiles + 2, 0);
+        }
+        for row in 0..rows {
+            let around = [row.saturating_sub(1), row, (row + 1).min(rows - 1)];
+            let lows = around.map(|r| &minima[r * tiles..][..tiles]);
+            let highs = around.map(|r| &maxima[r * tiles..][..tiles]);
+            let [low, high] = &mut self.columns;
+            fold_column(lows, low, u8::min);
+            fold_column(highs, high, u8::max);
+            cut_row(low, high, limit, &mut self.values[row * tiles..][..tiles]);
+        }
+    }
+}
+
+/// The extreme of three rows, column by column, with the ends repeated once.
+#[inline(always)]
+fn fold_column(rows: [&[u8]; 3], out: &mut [u8], extreme: impl Fn(u8, u8) -> u8) {
+    let tiles = rows[0].len();
+    for (i, to) in out[1..=tiles].iter_mut().enumerate() {
+        *to = extreme(extreme(rows[0][i], rows[1][i]), rows[2][i]);
+    }
+    out[0] = out[1];
+    out[tiles + 1] = out[tiles];
+}
+
+#[inline(always)]
+fn cut_row(low: &[u8], high: &[u8], limit: u8, cuts: &mut [u8]) {
+    let tiles = cuts.len();
+    let (low, high) = (&low[..tiles + 2], &high[..tiles + 2]);
+    for (i, cut) in cuts.iter_mut().enumerate() {
+        let least = low[i].min(low[i + 1]).min(low[i + 2]);
+        let most = high[i].max(high[i + 1]).max(high[i + 2]);
+        let range = most - least;
+        // The middle itself is dark; a range of 5 or more keeps the sum below 256.
+        *cut = if range >= limit { least + range / 2 + 1 } else { 0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tile_is_cut_at_the_middle_of_the_extremes_around_it() {
+        let (mut minima, mut maxima) = (vec![100; 25], vec![102; 25]);
+        minima[0] = 20;
+        maxima[6] = 220;
+        let mut cuts = Cuts::default();
+        cuts.fill(5, &minima, &maxima, 5);
+        assert_eq!(cuts.at(0, 0), 20 + 100 + 1);
+        assert_eq!(cuts.at(8, 8), 100 + 60 + 1, "sees tile (1,1) but not tile (0,0)");
+        assert_eq!(cuts.at(19, 19), 0, "a range of 2 is no content");
+    }
+}

@@ -1,0 +1,77 @@
+//! How much contrast a tile must have before it says anything: learnt from the frame itself.
+//!
+//! A fixed limit either fills a noisy wall with components or loses dim tags. The range of 16 normal samples has its
+//! 5 % quantile at 2.3 sigma, so the 5 % quantile of all 4x4 tile ranges tells sigma as long as a twentieth of the
+//! frame is flat. A window of 3x3 tiles without content then stays below 8 sigma.
+
+/// Sigmas of noise that a window of 144 samples must exceed to count as content.
+const SIGMAS: f32 = 8.0;
+/// Limits of the contrast asked for, in grey levels: compression noise, and dim tags in strong noise.
+const LIMITS: (u32, u32) = (5, 40);
+/// Share of the tiles that is taken as flat.
+const FLAT_SHARE: f32 = 0.05;
+/// That share of the ranges of 16 samples of noise lies below this many sigmas.
+const FLAT_RANGE_SIGMAS: f32 = 2.3;
+/// Every how many rows of tiles votes.
+const ROW_STEP: usize = 4;
+/// Tiles that the sensor may have clipped do not vote: they look flat without being so.
+const UNCLIPPED: std::ops::Range<u8> = 6..250;
+
+/// The least range (largest minus smallest value) of a 3x3 window of tiles that counts as content, in grey levels.
+pub(super) fn contrast_limit(tiles: usize, minima: &[u8], maxima: &[u8]) -> u8 {
+    let quantile = flat_range(&histogram(tiles, minima, maxima));
+    let sigma = (quantile / FLAT_RANGE_SIGMAS).max(0.0);
+    ((SIGMAS * sigma).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
+}
+
+/// How many unclipped tiles have each range.
+fn histogram(tiles: usize, minima: &[u8], maxima: &[u8]) -> [u32; 256] {
+    let mut counts = [0; 256];
+    let rows = minima.chunks_exact(tiles).zip(maxima.chunks_exact(tiles));
+    for (low, high) in rows.skip(1).step_by(ROW_STEP) {
+        for (low, high) in low.iter().zip(high) {
+            // A range is only counted where it is known: the smallest value below white, the largest above black.
+            if *low < UNCLIPPED.end && *high >= UNCLIPPED.start {
+                counts[usize::from(high - low)] += 1;
+            }
+        }
+    }
+    counts
+}
+
+/// The range below which a twentieth of the tiles lie, interpolated inside its histogram bin.
+fn flat_range(counts: &[u32; 256]) -> f32 {
+    let wanted = counts.iter().sum::<u32>() as f32 * FLAT_SHARE;
+    let mut below = 0.0;
+    for (range, count) in counts.iter().enumerate() {
+        let count = *count as f32;
+        if count > 0.0 && below + count >= wanted {
+            return range as f32 - 0.5 + (wanted - below) / count;
+        }
+        below += count;
+    }
+    0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flat_frame_asks_for_the_least_contrast() {
+        assert_eq!(contrast_limit(8, &[100; 64], &[100; 64]), 5);
+    }
+
+    #[test]
+    fn an_empty_histogram_asks_for_the_least_contrast() {
+        assert_eq!(contrast_limit(4, &[], &[]), 5);
+        assert_eq!(contrast_limit(2, &[255; 16], &[255; 16]), 5, "all clipped");
+    }
+
+    #[test]
+    fn the_limit_follows_the_noise_and_is_clamped() {
+        let limit = |range: u8| contrast_limit(8, &[100; 64], &[100 + range; 64]);
+        assert!(limit(5) > 12 && limit(5) < 22, "{}", limit(5));
+        assert_eq!(limit(60), 40);
+    }
+}

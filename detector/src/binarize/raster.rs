@@ -1,0 +1,237 @@
+//! The grid on which quads are looked for: the frame itself, or a decimated view of it that is never stored.
+
+use crate::settings::Decimation;
+use crate::view::LumaView;
+
+/// Grey values on the search grid, and where a point of the grid lies in the frame.
+pub(crate) trait Raster: Copy {
+    /// Columns of the grid.
+    fn width(&self) -> usize;
+    /// Rows of the grid.
+    fn height(&self) -> usize;
+    /// One value.
+    fn at(&self, x: usize, y: usize) -> u8;
+    /// One row, contiguous: where it lies in the frame if it is so there, else written into `scratch`.
+    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8];
+    /// A point of the grid (corner of its first value at 0, 0) in pixels of the frame.
+    fn to_frame(&self, point: [f64; 2]) -> [f64; 2];
+}
+
+/// Every `factor`-th pixel of every `factor`-th row (point sampling, paper III-C). With factor 1 the frame as it is.
+#[derive(Clone, Copy)]
+pub(crate) struct Sampled<'a> {
+    bytes: &'a [u8],
+    width: usize,
+    height: usize,
+    row_stride: usize,
+    step: usize,
+    factor: f64,
+}
+
+impl<'a> Sampled<'a> {
+    pub(crate) fn new(view: &LumaView<'a>, factor: usize) -> Self {
+        let geometry = view.geometry();
+        Self {
+            bytes: &view.bytes()[geometry.offset..],
+            width: geometry.width.div_ceil(factor),
+            height: geometry.height.div_ceil(factor),
+            row_stride: geometry.row_stride * factor,
+            step: geometry.pixel_step * factor,
+            factor: factor as f64,
+        }
+    }
+}
+
+impl Raster for Sampled<'_> {
+    fn width(&self) -> usize {
+        self.width
+    }
+
+    fn height(&self) -> usize {
+        self.height
+    }
+
+    #[inline(always)]
+    fn at(&self, x: usize, y: usize) -> u8 {
+        self.bytes[y * self.row_stride + x * self.step]
+    }
+
+    #[inline(always)]
+    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8] {
+        let row = &self.bytes[y * self.row_stride..][..(self.width - 1) * self.step + 1];
+        if self.step == 1 {
+            return row;
+        }
+        let scratch = &mut scratch[..self.width];
+        every(row, self.step, scratch);
+        scratch
+    }
+
+    /// The value at column x is the pixel `factor * x`, whose centre lies half a pixel further, whatever the factor.
+    fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
+        point.map(|v| (v - 0.5) * self.factor + 0.5)
+    }
+}
+
+/// Every `step`-th byte of `row`. The common steps are loops of their own, which compilers turn into shuffles.
+#[inline(always)]
+fn every(row: &[u8], step: usize, out: &mut [u8]) {
+    match step {
+        2 => pick::<2>(row, out),
+        4 => pick::<4>(row, out),
+        _ => {
+            for (to, from) in out.iter_mut().zip(row.chunks(step)) {
+                *to = from[0];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn pick<const STEP: usize>(row: &[u8], out: &mut [u8]) {
+    let (chunks, rest) = row.as_chunks::<STEP>();
+    for (to, from) in out.iter_mut().zip(chunks) {
+        *to = from[0];
+    }
+    if let (Some(to), Some(from)) = (out.get_mut(chunks.len()), rest.first()) {
+        *to = *from;
+    }
+}
+
+/// Three pixels become two: each value averages the 1.5 x 1.5 pixels that it covers.
+#[derive(Clone, Copy)]
+pub(crate) struct ThreeToTwo<'a> {
+    full: Sampled<'a>,
+}
+
+impl<'a> ThreeToTwo<'a> {
+    pub(crate) fn new(view: &LumaView<'a>) -> Self {
+        Self { full: Sampled::new(view, 1) }
+    }
+
+    /// The full and the half covered column (or row) of grid column `v`.
+    #[inline(always)]
+    fn covered(v: usize) -> (usize, usize) {
+        let block = v / 2 * 3;
+        (block + 2 * (v % 2), block + 1)
+    }
+}
+
+impl Raster for ThreeToTwo<'_> {
+    fn width(&self) -> usize {
+        (self.full.width / 3 * 2).max(1)
+    }
+
+    fn height(&self) -> usize {
+        (self.full.height / 3 * 2).max(1)
+    }
+
+    #[inline(always)]
+    fn at(&self, x: usize, y: usize) -> u8 {
+        let ((x0, x1), (y0, y1)) = (Self::covered(x), Self::covered(y));
+        let value = |x, y| u16::from(self.full.at(x, y));
+        average(2 * value(x0, y0) + value(x0, y1), 2 * value(x1, y0) + value(x1, y1))
+    }
+
+    #[inline(always)]
+    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8] {
+        let width = self.width();
+        let (y0, y1) = Self::covered(y);
+        let scratch = &mut scratch[..width];
+        if self.full.step != 1 {
+            for (x, to) in scratch.iter_mut().enumerate() {
+                *to = self.at(x, y);
+            }
+            return scratch;
+        }
+        let line = |y: usize| &self.full.bytes[y * self.full.row_stride..][..width / 2 * 3];
+        let triples = line(y0).as_chunks::<3>().0.iter().zip(line(y1).as_chunks::<3>().0);
+        for (to, (a, b)) in scratch.as_chunks_mut::<2>().0.iter_mut().zip(triples) {
+            let column = |i: usize| 2 * u16::from(a[i]) + u16::from(b[i]);
+            *to = [average(column(0), column(1)), average(column(2), column(1))];
+        }
+        scratch
+    }
+
+    fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
+        point.map(|v| v * 1.5)
+    }
+}
+
+/// The mean of a fully and a half covered column, each given as twice its full plus once its half covered row.
+#[inline(always)]
+fn average(full: u16, half: u16) -> u8 {
+    ((2 * full + half + 4) / 9) as u8
+}
+
+/// Calls `work` with the raster that `decimation` asks for.
+pub(crate) fn with_raster<'a, W: OnRaster>(
+    view: &LumaView<'a>,
+    decimation: Decimation,
+    work: W,
+) -> W::Output {
+    match decimation {
+        Decimation::Every(factor) => work.on(Sampled::new(view, factor as usize)),
+        Decimation::ThreeToTwo => work.on(ThreeToTwo::new(view)),
+    }
+}
+
+/// Work that is compiled once for each kind of raster.
+pub(crate) trait OnRaster {
+    type Output;
+    fn on<R: Raster>(self, raster: R) -> Self::Output;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::Geometry;
+
+    fn ramp(width: usize, height: usize) -> Vec<u8> {
+        (0..width * height).map(|i| (i * 7 % 251) as u8).collect()
+    }
+
+    fn rows_agree_with_single_values<R: Raster>(raster: R) {
+        let mut scratch = vec![0; raster.width()];
+        for y in 0..raster.height() {
+            let row = raster.row(y, &mut scratch).to_vec();
+            assert_eq!(row.len(), raster.width());
+            for (x, value) in row.iter().enumerate() {
+                assert_eq!(*value, raster.at(x, y), "at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_hold_the_same_values_as_single_reads_for_every_factor_and_step() {
+        let bytes = ramp(70, 23);
+        for step in [1, 2, 3] {
+            let geometry = Geometry { offset: 1, width: 20, height: 23, row_stride: 69, pixel_step: step };
+            let view = LumaView::new(&bytes, geometry).unwrap();
+            for factor in 1..=8 {
+                rows_agree_with_single_values(Sampled::new(&view, factor));
+            }
+            rows_agree_with_single_values(ThreeToTwo::new(&view));
+        }
+    }
+
+    #[test]
+    fn the_frame_itself_is_handed_out_where_it_lies() {
+        let bytes = ramp(40, 10);
+        let view = LumaView::grey(&bytes, 40, 10).unwrap();
+        let raster = Sampled::new(&view, 1);
+        let mut scratch = vec![0; 40];
+        assert!(
+            std::ptr::eq(raster.row(3, &mut scratch).as_ptr(), &raw const bytes[120]),
+            "row 3 was copied"
+        );
+    }
+
+    #[test]
+    fn a_grid_value_maps_to_the_centre_of_what_it_was_taken_from() {
+        let bytes = ramp(40, 40);
+        let view = LumaView::grey(&bytes, 40, 40).unwrap();
+        assert_eq!(Sampled::new(&view, 4).to_frame([2.5, 0.5]), [8.5, 0.5]);
+        assert_eq!(ThreeToTwo::new(&view).to_frame([2.0, 4.0]), [3.0, 6.0]);
+    }
+}

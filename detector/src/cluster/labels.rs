@@ -1,0 +1,178 @@
+//! Which runs belong together: one pass over the rows with union by smaller label.
+
+use super::Plane;
+use super::runs::{Ranks, Runs};
+
+/// How pixels of a plane connect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Connectivity {
+    /// Side by side only.
+    Four,
+    /// Diagonally too.
+    Eight,
+}
+
+/// What is known of a label while rows are read, and of a whole component once labels are merged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Extent {
+    /// Pixels.
+    pub(super) area: u32,
+    /// First column.
+    pub(super) left: u16,
+    /// One past the last column.
+    pub(super) right: u16,
+    /// First row.
+    pub(super) top: u16,
+    /// Last row.
+    pub(super) bottom: u16,
+}
+
+impl Extent {
+    #[inline(always)]
+    fn add_run(&mut self, start: u16, end: u16, row: u16) {
+        self.area += u32::from(end - start);
+        self.left = self.left.min(start);
+        self.right = self.right.max(end);
+        self.bottom = row;
+    }
+
+    pub(super) fn add(&mut self, other: &Extent) {
+        self.area += other.area;
+        self.left = self.left.min(other.left);
+        self.right = self.right.max(other.right);
+        self.top = self.top.min(other.top);
+        self.bottom = self.bottom.max(other.bottom);
+    }
+}
+
+/// A label for each run, and for each label its parent and extent.
+#[derive(Default)]
+pub(super) struct Labels {
+    /// The label of each run.
+    pub(super) of_run: Vec<u32>,
+    /// Labels that were found to be one component point at a smaller one of it.
+    pub(super) parent: Vec<u32>,
+    pub(super) extent: Vec<Extent>,
+    /// Where the profile of each label's component begins; filled by `keep_components`.
+    pub(super) slot: Vec<u32>,
+    ranks: [Ranks; 2],
+}
+
+const NO_LABEL: u32 = u32::MAX;
+
+impl Labels {
+    fn clear(&mut self) {
+        self.of_run.clear();
+        self.parent.clear();
+        self.extent.clear();
+    }
+
+    /// The smallest label of the component, halving the path on the way.
+    #[inline(always)]
+    fn root(&mut self, mut label: u32) -> u32 {
+        loop {
+            let parent = self.parent[label as usize];
+            if parent == label {
+                return label;
+            }
+            let grandparent = self.parent[parent as usize];
+            self.parent[label as usize] = grandparent;
+            label = grandparent;
+        }
+    }
+
+    /// The run `below` touches the run `above`, which already has a label.
+    #[inline(always)]
+    fn link(&mut self, above: usize, below: usize) {
+        let (upper, lower) = (self.of_run[above], self.of_run[below]);
+        self.of_run[below] = upper.min(lower);
+        if lower != upper && lower != NO_LABEL {
+            let (a, b) = (self.root(upper), self.root(lower));
+            self.parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+
+    /// Gives labels to the runs of a row that touch nothing above, and counts every run in.
+    #[inline(always)]
+    fn finish_row(&mut self, runs: &Runs, row: usize) {
+        for run in runs.of_row(row) {
+            let (start, end) = (runs.start[run], runs.end[run]);
+            if self.of_run[run] == NO_LABEL {
+                self.of_run[run] = self.parent.len() as u32;
+                self.parent.push(self.parent.len() as u32);
+                let row = row as u16;
+                let extent =
+                    Extent { area: u32::from(end - start), left: start, right: end, top: row, bottom: row };
+                self.extent.push(extent);
+            } else {
+                self.extent[self.of_run[run] as usize].add_run(start, end, row as u16);
+            }
+        }
+    }
+}
+
+/// Finds the runs of all rows and labels them.
+#[inline(always)]
+pub(super) fn label<const EIGHT: bool>(plane: &Plane, runs: &mut Runs, labels: &mut Labels) {
+    runs.clear();
+    labels.clear();
+    let mut ranks = std::mem::take(&mut labels.ranks);
+    let mut above: &[u64] = &[];
+    for (row, bits) in plane.bits.chunks_exact(plane.words).enumerate() {
+        ranks.swap(0, 1);
+        let [current, previous] = &mut ranks;
+        runs.push_row(bits, current);
+        labels.of_run.resize(runs.start.len(), NO_LABEL);
+        if row > 0 && !runs.of_row(row).is_empty() && !runs.of_row(row - 1).is_empty() {
+            link_rows::<EIGHT>(above, bits, previous, current, labels);
+        }
+        labels.finish_row(runs, row);
+        above = bits;
+    }
+    labels.ranks = ranks;
+}
+
+/// Links the runs of two rows that touch. Contacts are found 64 columns at a time in the bit planes.
+#[inline(always)]
+fn link_rows<const EIGHT: bool>(
+    above: &[u64],
+    below: &[u64],
+    upper: &Ranks,
+    lower: &Ranks,
+    labels: &mut Labels,
+) {
+    let mut carry = 0;
+    for (i, (a, b)) in above.iter().zip(below).enumerate() {
+        let overlap = a & b;
+        let mut first = overlap & !(overlap << 1 | carry);
+        carry = overlap >> 63;
+        while first != 0 {
+            let column = i * 64 + first.trailing_zeros() as usize;
+            labels.link(upper.run_at(column), lower.run_at(column));
+            first &= first - 1;
+        }
+        if EIGHT {
+            link_diagonals(above, below, i, upper, lower, labels);
+        }
+    }
+}
+
+/// Links runs that touch at a corner only, where the left one of both ends in word `i`.
+#[inline(always)]
+fn link_diagonals(above: &[u64], below: &[u64], i: usize, upper: &Ranks, lower: &Ranks, labels: &mut Labels) {
+    let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
+    let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
+    // The upper run ends at a column and the lower one starts at the next.
+    let mut falling = a & !b & b_next & !a_next;
+    while falling != 0 {
+        let column = i * 64 + falling.trailing_zeros() as usize;
+        labels.link(upper.run_at(column), lower.run_at(column + 1));
+        falling &= falling - 1;
+    }
+    let mut rising = b & !a & a_next & !b_next;
+    while rising != 0 {
+        let column = i * 64 + rising.trailing_zeros() as usize;
+        labels.link(upper.run_at(column + 1), lower.run_at(column));
+        rising &= rising - 1;
+    }
+}

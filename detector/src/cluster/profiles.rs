@@ -1,0 +1,63 @@
+//! Row profiles: the outline of a component as the span that it takes in each row.
+
+use super::components::Component;
+use super::labels::Labels;
+use super::runs::Runs;
+
+/// The profiles of all kept components, one after the other.
+#[derive(Default)]
+pub(super) struct Profiles {
+    spans: Vec<[u16; 2]>,
+    slots: Vec<u32>,
+}
+
+/// The outline of one component.
+#[derive(Clone, Copy)]
+pub(crate) struct Profile<'a> {
+    /// The first row.
+    pub(crate) top: usize,
+    /// For each row the first column of the component and one past its last.
+    pub(crate) spans: &'a [[u16; 2]],
+}
+
+impl Profiles {
+    /// The slot of components that were not kept.
+    pub(super) const REJECTED: u32 = 0;
+    /// Entries before this take the writes for rejected components, so that the fill needs no branch.
+    pub(super) const FIRST: usize = 64;
+
+    pub(super) fn resize(&mut self, entries: usize) {
+        if self.spans.len() < entries {
+            self.spans.resize(entries, [0; 2]);
+        }
+    }
+
+    pub(super) fn of(&self, component: &Component) -> Profile<'_> {
+        let spans = &self.spans[component.offset as usize..][..component.height()];
+        Profile { top: usize::from(component.top), spans }
+    }
+}
+
+/// Writes the profile of every kept component. A kept component has a run in each of its rows, so nothing needs
+/// clearing: ends are stored from left to right and starts from right to left, and the last write is the right one.
+#[inline(always)]
+pub(super) fn fill_profiles(runs: &Runs, labels: &Labels, components: &[Component], profiles: &mut Profiles) {
+    if components.is_empty() {
+        return;
+    }
+    let Profiles { spans, slots } = profiles;
+    for row in 0..runs.rows() {
+        let of_row = runs.of_row(row);
+        slots.clear();
+        for run in of_row.clone() {
+            let slot = labels.slot[labels.of_run[run] as usize];
+            let entry =
+                if slot == Profiles::REJECTED { (run % Profiles::FIRST) as u32 } else { slot + row as u32 };
+            slots.push(entry);
+            spans[entry as usize][1] = runs.end[run];
+        }
+        for (run, entry) in of_row.zip(slots.iter()).rev() {
+            spans[*entry as usize][0] = runs.start[run];
+        }
+    }
+}

@@ -1,0 +1,133 @@
+use super::*;
+use crate::simd::Level;
+
+/// A plane drawn with `#` for set pixels.
+fn drawn(picture: &str) -> (Vec<u64>, usize, usize) {
+    let rows: Vec<&str> = picture.split_whitespace().collect();
+    let width = rows[0].len();
+    let words = width / 64 + 1;
+    let mut bits = vec![0; words * rows.len()];
+    for (y, row) in rows.iter().enumerate() {
+        for (x, letter) in row.bytes().enumerate() {
+            bits[y * words + x / 64] |= u64::from(letter == b'#') << (x % 64);
+        }
+    }
+    (bits, width, rows.len())
+}
+
+fn clusters(bits: &[u64], width: usize, height: usize, connectivity: Connectivity, level: Level) -> Clusters {
+    let mut clusters = Clusters::default();
+    let plane = Plane { bits, words: width / 64 + 1, width, height, connectivity };
+    clusters.fill(level, &plane, &Limits { side: 1, area: 1 });
+    clusters
+}
+
+#[test]
+fn a_ring_and_the_dot_inside_it_are_two_components_with_their_outlines() {
+    let (bits, width, height) = drawn(
+        "..........
+         ..#####...
+         ..#...##..
+         ..#.#..#..
+         ..#....#..
+         ..######..
+         ..........",
+    );
+    let found = clusters(&bits, width, height, Connectivity::Four, Level::SCALAR);
+    let [ring, dot] = found.components() else { panic!("{:?}", found.components()) };
+    assert_eq!(found.profile(ring).spans, [[2, 7], [2, 8], [2, 8], [2, 8], [2, 8]]);
+    assert_eq!((found.profile(dot).top, found.profile(dot).spans), (3, &[[4, 5]][..]));
+}
+
+#[test]
+fn corners_connect_bright_pixels_but_not_dark_ones() {
+    let (bits, width, height) = drawn(
+        "......
+         .#..#.
+         ..##..
+         .#....
+         ......",
+    );
+    let count = |connectivity| clusters(&bits, width, height, connectivity, Level::SCALAR).components().len();
+    assert_eq!(count(Connectivity::Four), 4);
+    assert_eq!(count(Connectivity::Eight), 1);
+}
+
+#[test]
+fn a_component_that_two_rims_of_the_frame_cut_is_dropped() {
+    let (bits, width, height) = drawn(
+        "##....
+         ##....
+         ......
+         ##....
+         ##....
+         ......",
+    );
+    assert_eq!(clusters(&bits, width, height, Connectivity::Four, Level::SCALAR).components().len(), 1);
+}
+
+/// The plain way: flood fill, pixel by pixel.
+fn flood_boxes(bits: &[u64], width: usize, height: usize, eight: bool) -> Vec<[usize; 4]> {
+    let words = width / 64 + 1;
+    let set = |x: usize, y: usize| bits[y * words + x / 64] >> (x % 64) & 1 == 1;
+    let mut seen = vec![false; width * height];
+    let mut boxes = Vec::new();
+    for start in 0..width * height {
+        let (mut stack, mut extent) = (vec![start], [usize::MAX, usize::MAX, 0, 0]);
+        while let Some(at) = stack.pop() {
+            let (x, y) = (at % width, at / width);
+            if seen[at] || !set(x, y) {
+                continue;
+            }
+            seen[at] = true;
+            extent = [extent[0].min(x), extent[1].min(y), extent[2].max(x), extent[3].max(y)];
+            for (dx, dy) in [(-1i32, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)] {
+                let (nx, ny) = (x as i32 + dx, y as i32 + dy);
+                let inside = (0..width as i32).contains(&nx) && (0..height as i32).contains(&ny);
+                if inside && (eight || dx == 0 || dy == 0) {
+                    stack.push(ny as usize * width + nx as usize);
+                }
+            }
+        }
+        let rims = [extent[0] == 0, extent[1] == 0, extent[2] == width - 1, extent[3] == height - 1];
+        if extent[0] != usize::MAX && rims.iter().filter(|t| **t).count() <= 1 {
+            boxes.push(extent);
+        }
+    }
+    boxes.sort_unstable();
+    boxes
+}
+
+#[test]
+fn random_planes_have_the_components_that_a_flood_fill_finds_at_every_level() {
+    let mut state = 42u64;
+    for width in [1, 7, 63, 64, 65, 130, 200] {
+        for density in [1, 2, 3] {
+            let (height, words) = (40, width / 64 + 1);
+            let mut bits = vec![0u64; words * height];
+            for y in 0..height {
+                for x in 0..width {
+                    state =
+                        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    bits[y * words + x / 64] |= u64::from((state >> 60) < 4 * density) << (x % 64);
+                }
+            }
+            for connectivity in [Connectivity::Four, Connectivity::Eight] {
+                let expected = flood_boxes(&bits, width, height, connectivity == Connectivity::Eight);
+                for level in Level::available() {
+                    let found = clusters(&bits, width, height, connectivity, level);
+                    let mut boxes: Vec<[usize; 4]> = found
+                        .components()
+                        .iter()
+                        .map(|c| [c.left, c.top, c.right - 1, c.bottom].map(usize::from))
+                        .collect();
+                    boxes.sort_unstable();
+                    assert_eq!(
+                        boxes, expected,
+                        "width {width}, density {density}, {connectivity:?}, {level}"
+                    );
+                }
+            }
+        }
+    }
+}

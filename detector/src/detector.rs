@@ -1,0 +1,153 @@
+//! The phases in their order, and the buffers that they share.
+
+use tagbus_family::{Border, Family};
+
+use crate::binarize::raster::{OnRaster, Raster, with_raster};
+use crate::binarize::{Planes, binarize};
+use crate::cluster::{Clusters, Connectivity, Limits, Plane};
+use crate::detection::Detection;
+use crate::fit::{Fit, Quad, Source, fit_quads};
+use crate::identify::{Reader, Scene, identify};
+use crate::settings::{Settings, SettingsError};
+use crate::simd::Level;
+use crate::view::LumaView;
+
+/// A phase of detection, for observers that measure time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Grey values to dark and bright pixels.
+    Binarize,
+    /// Pixels to outlines of components.
+    Cluster,
+    /// Outlines to quads.
+    Fit,
+    /// Quads to tags.
+    Identify,
+}
+
+/// Finds tags. Owns every buffer it needs and reuses them: after the first frames nothing is allocated.
+pub struct Detector {
+    readers: Vec<Reader>,
+    settings: Settings,
+    level: Level,
+    buffers: Buffers,
+    detections: Vec<Detection>,
+}
+
+#[derive(Default)]
+struct Buffers {
+    planes: Planes,
+    clusters: Clusters,
+    fit: Fit,
+    quads: Vec<Quad>,
+    cells: Vec<f32>,
+}
+
+impl Detector {
+    /// A detector for these families. Errors name the setting that is out of range.
+    pub fn new(families: &[Family], settings: &Settings) -> Result<Self, SettingsError> {
+        settings.check()?;
+        if families.is_empty() {
+            return Err(SettingsError::NoFamily);
+        }
+        let reader = |(place, family)| Reader::new(place, family, settings.hamming, &settings.ids);
+        Ok(Self {
+            readers: families.iter().enumerate().map(reader).collect(),
+            settings: settings.clone(),
+            level: Level::best(),
+            buffers: Buffers::default(),
+            detections: Vec::new(),
+        })
+    }
+
+    /// Uses the instructions of `level` from now on. Results do not change.
+    pub fn set_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
+    /// The settings in force.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The corrected bits in force for each family: what was asked for, capped at what the family's distance bears.
+    pub fn hamming(&self) -> impl Iterator<Item = u32> + '_ {
+        self.readers.iter().map(|reader| reader.index.hamming())
+    }
+
+    /// Finds the tags in one frame, surest first. Cannot fail: a bad frame is refused when its [`LumaView`] is made.
+    pub fn detect(&mut self, view: &LumaView) -> &[Detection] {
+        self.detect_observed(view, |_| {})
+    }
+
+    /// As [`Self::detect`]; `done` is called as each phase ends (two of them once for each border colour).
+    pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
+        let search = Search {
+            readers: &self.readers,
+            level: self.level,
+            factor: self.settings.decimation.factor(),
+            buffers: &mut self.buffers,
+            done: &mut done,
+        };
+        with_raster(view, self.settings.decimation, search);
+        let scene = Scene { view, readers: &self.readers, settings: &self.settings };
+        let Buffers { quads, cells, .. } = &mut self.buffers;
+        identify(self.level, &scene, quads, cells, &mut self.detections);
+        done(Phase::Identify);
+        &self.detections
+    }
+}
+
+/// Phases 1 to 3: everything that looks at the search grid.
+struct Search<'a, F> {
+    readers: &'a [Reader],
+    level: Level,
+    factor: f64,
+    buffers: &'a mut Buffers,
+    done: &'a mut F,
+}
+
+impl<F: FnMut(Phase)> OnRaster for Search<'_, F> {
+    type Output = ();
+
+    fn on<R: Raster>(self, raster: R) {
+        let Self { readers, level, factor, buffers, done } = self;
+        let Buffers { planes, clusters, fit, quads, .. } = buffers;
+        quads.clear();
+        binarize(level, raster, planes);
+        done(Phase::Binarize);
+        for border in [Border::Normal, Border::Reversed] {
+            let widths = readers.iter().filter(|reader| reader.border == border).map(|reader| reader.width);
+            let Some(narrowest) = widths.min_by(f64::total_cmp) else { continue };
+            let (bits, connectivity) = match border {
+                Border::Normal => (&planes.dark, Connectivity::Four),
+                Border::Reversed => (&planes.bright, Connectivity::Eight),
+            };
+            let plane = Plane {
+                bits,
+                words: planes.words,
+                width: raster.width(),
+                height: raster.height(),
+                connectivity,
+            };
+            let shortest_side = shortest_side(narrowest, factor);
+            clusters.fill(level, &plane, &limits(shortest_side));
+            done(Phase::Cluster);
+            let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
+            fit_quads(level, &source, fit, quads);
+            done(Phase::Fit);
+        }
+    }
+}
+
+/// The shortest side of a tag in pixels of the search grid: one full-resolution pixel a cell, but enough of them for lines.
+fn shortest_side(width_at_border: f64, factor: f64) -> f64 {
+    (width_at_border / factor.clamp(1.0, 1.5)).max(4.0)
+}
+
+/// The smallest component, from the shortest side: a box may be a pixel smaller than the sides that are fitted to it.
+fn limits(shortest_side: f64) -> Limits {
+    let side = (shortest_side.floor() as u16).clamp(4, 5);
+    Limits { side, area: 16 }
+}

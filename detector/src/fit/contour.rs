@@ -1,0 +1,167 @@
+//! The contour of a small component, edge by edge in order: where a side has only a few rows, the arcs between corners
+//! are fitted and split again where their lines meet.
+
+use super::edge::Edges;
+use super::line::{Line, Moments};
+use super::rules;
+use crate::binarize::raster::Raster;
+use crate::cluster::Profile;
+
+/// Edge points of a contour, clockwise from the top left.
+#[derive(Default)]
+pub(super) struct Contour {
+    xs: Vec<f32>,
+    ys: Vec<f32>,
+    /// Sums over the points before each; one entry more than points.
+    before: Vec<Moments>,
+    /// The point nearest to the left end of each row, then to the right end.
+    of_row: [Vec<usize>; 2],
+    /// Places that were looked at.
+    looked: usize,
+}
+
+impl Contour {
+    /// Walks around the outline: along the top, down the right ends, along the bottom, up the left ends.
+    #[inline(always)]
+    pub(super) fn fill<R: Raster>(&mut self, edges: &Edges<R>, profile: &Profile) {
+        let rows = profile.spans.len();
+        self.clear(rows);
+        let span = |row: usize| profile.spans[row].map(usize::from);
+        let y_of = |row: usize| profile.top + row;
+        for x in span(0)[0]..span(0)[1] {
+            self.look(edges, [x, y_of(0)], [x, y_of(0).wrapping_sub(1)]);
+        }
+        for row in 0..rows {
+            let (y, right) = (y_of(row), span(row)[1]);
+            self.look(edges, [right - 1, y], [right, y]);
+            self.of_row[1][row] = self.last_point();
+            if row + 1 < rows {
+                let next = span(row + 1)[1];
+                (right..next).for_each(|x| self.look(edges, [x, y + 1], [x, y]));
+                (next..right).rev().for_each(|x| self.look(edges, [x, y], [x, y + 1]));
+            }
+        }
+        for x in (span(rows - 1)[0]..span(rows - 1)[1]).rev() {
+            self.look(edges, [x, y_of(rows - 1)], [x, y_of(rows)]);
+        }
+        for row in (0..rows).rev() {
+            let (y, left) = (y_of(row), span(row)[0]);
+            self.look(edges, [left, y], [left.wrapping_sub(1), y]);
+            self.of_row[0][row] = self.last_point();
+            if row > 0 {
+                let above = span(row - 1)[0];
+                (above..left).rev().for_each(|x| self.look(edges, [x, y - 1], [x, y]));
+                (left..above).for_each(|x| self.look(edges, [x, y], [x, y - 1]));
+            }
+        }
+    }
+
+    fn clear(&mut self, rows: usize) {
+        self.xs.clear();
+        self.ys.clear();
+        self.before.clear();
+        self.before.push(Moments::default());
+        self.looked = 0;
+        for of_row in &mut self.of_row {
+            of_row.resize(rows, 0);
+        }
+    }
+
+    fn last_point(&self) -> usize {
+        self.xs.len().saturating_sub(1)
+    }
+
+    #[inline(always)]
+    fn look<R: Raster>(&mut self, edges: &Edges<R>, inner: [usize; 2], outer: [usize; 2]) {
+        self.looked += 1;
+        if let Some(point) = edges.between(inner, outer) {
+            self.xs.push(point.x);
+            self.ys.push(point.y);
+            let mut sums = self.before[self.before.len() - 1];
+            sums.add(f64::from(point.x), f64::from(point.y), f64::from(point.weight));
+            self.before.push(sums);
+        }
+    }
+
+    /// The line through the points from `first` up to but not including `end`, around the contour.
+    fn line(&self, first: usize, end: usize) -> Line {
+        let count = self.xs.len();
+        let (first, end) = (first % count, end % count);
+        let wrapped = if end <= first { self.before[count] } else { Moments::default() };
+        self.before[end].since(&self.before[first], &wrapped).line()
+    }
+
+    /// The corners, from outline points that lie near them (`four`, as indices of the outline's points).
+    #[inline(always)]
+    pub(super) fn corners(&self, four: [usize; 4], rows: usize) -> Option<[[f64; 2]; 4]> {
+        let count = self.xs.len();
+        if count < rules::LEAST_CONTOUR || (count as f32) < rules::EDGE_SHARE_OF_CONTOUR * self.looked as f32
+        {
+            return None;
+        }
+        let mut splits =
+            four.map(|index| if index < rows { self.of_row[0][index] } else { self.of_row[1][index - rows] });
+        splits.sort_unstable();
+        for round in 1..=rules::ROUNDS {
+            let lines = self.arc_lines(&splits)?;
+            let mut corners = [[0.0; 2]; 4];
+            for k in 0..4 {
+                corners[k] = lines[(k + 3) % 4].meet(&lines[k])?;
+            }
+            if round == rules::ROUNDS {
+                return lines_are_straight(&lines, &corners).then_some(corners);
+            }
+            splits = self.nearest_points(&splits, &corners);
+        }
+        None
+    }
+
+    /// The lines of the four arcs between `splits`, without the arcs' ends.
+    fn arc_lines(&self, splits: &[usize; 4]) -> Option<[Line; 4]> {
+        let count = self.xs.len();
+        let mut lines = [Line::default(); 4];
+        for k in 0..4 {
+            let (first, mut last) = (splits[k], splits[(k + 1) % 4]);
+            if last <= first {
+                last += count;
+            }
+            let length = last - first;
+            if length < 4 {
+                return None;
+            }
+            let end = if length < 8 { length.min(6) / 4 } else { (length / 10).max(1) };
+            lines[k] = self.line(first + end, last - end + 1);
+        }
+        Some(lines)
+    }
+
+    /// For each corner the contour point nearest to it, between the middles of the arcs that meet there.
+    fn nearest_points(&self, splits: &[usize; 4], corners: &[[f64; 2]; 4]) -> [usize; 4] {
+        let count = self.xs.len();
+        std::array::from_fn(|k| {
+            let (before, mut here, mut after) = (splits[(k + 3) % 4], splits[k], splits[(k + 1) % 4]);
+            if here <= before {
+                here += count;
+            }
+            while after <= here {
+                after += count;
+            }
+            let distance = |index: &usize| {
+                let (x, y) = (
+                    self.xs[*index % count] - corners[k][0] as f32,
+                    self.ys[*index % count] - corners[k][1] as f32,
+                );
+                x * x + y * y
+            };
+            let candidates = (before + here) / 2..=(here + after) / 2;
+            candidates.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(here) % count
+        })
+    }
+}
+
+fn lines_are_straight(lines: &[Line; 4], corners: &[[f64; 2]; 4]) -> bool {
+    (0..4).all(|k| {
+        let ([ax, ay], [bx, by]) = (corners[k], corners[(k + 1) % 4]);
+        lines[k].error as f32 <= rules::side_error((bx - ax).hypot(by - ay) as f32)
+    })
+}

@@ -1,0 +1,91 @@
+//! Reading the bits (paper III-E): sampling, sharpening, look-up.
+
+use super::border::Border;
+use super::homography::Homography;
+use super::reader::Reader;
+use super::sample::Frame;
+
+/// A code that was read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Decoded {
+    pub(crate) id: u32,
+    pub(crate) hamming: u32,
+    /// Quarter turns counter-clockwise that make the tag upright.
+    pub(crate) rotation: u32,
+    /// Mean distance of the bits from their threshold in grey levels, the worse of white and black.
+    pub(crate) margin: f32,
+    /// The same over half the contrast.
+    pub(crate) relative_margin: f32,
+}
+
+/// Reads the bits of a quad. `grid` is scratch.
+///
+/// The paper sharpens the sampled data cells with a Laplacian (eq. 5) and lets all other cells count as zero. Here the
+/// cells whose colour is known from the layout enter with that colour: at a few pixels a cell the blur of the border
+/// decides the outer bits, and knowing it removes the bias. That is worth ten points of recall on small tags.
+#[inline(always)]
+pub(crate) fn decode(
+    frame: &Frame,
+    reader: &Reader,
+    homography: &Homography,
+    border: &Border,
+    sharpening: f32,
+    grid: &mut Vec<f32>,
+) -> Option<Decoded> {
+    fill_grid(frame, reader, homography, border, grid);
+    let mut code = 0;
+    let (mut white, mut black) = (Mean::default(), Mean::default());
+    for cell in &reader.data {
+        let value = grid[cell.place];
+        let around =
+            [cell.place - reader.grid_width, cell.place - 1, cell.place + 1, cell.place + reader.grid_width];
+        let laplacian: f32 = around.iter().map(|place| value - grid[*place]).sum();
+        let is_white = value + sharpening * laplacian > 0.0;
+        code = code << 1 | u64::from(is_white);
+        if is_white { white.add(value) } else { black.add(-value) }
+    }
+    let found = reader.index.lookup(code)?;
+    let margin = white.mean().min(black.mean());
+    Some(Decoded {
+        id: found.id,
+        hamming: found.hamming,
+        rotation: found.rotation,
+        margin,
+        relative_margin: margin / (0.5 * border.contrast).max(1.0),
+    })
+}
+
+/// Distances from the threshold, in grey levels: measured for data cells, the model's for cells of known colour, zero for
+/// cells that nothing is known of.
+#[inline(always)]
+fn fill_grid(frame: &Frame, reader: &Reader, homography: &Homography, border: &Border, grid: &mut Vec<f32>) {
+    grid.clear();
+    grid.resize(reader.grid_width * reader.grid_width, 0.0);
+    for cell in &reader.known {
+        let half = ((border.white.at(cell.centre) - border.black.at(cell.centre)) * 0.5).max(1.0);
+        grid[cell.place] = if cell.white { half } else { -half };
+    }
+    for cell in &reader.data {
+        let threshold = (border.white.at(cell.centre) + border.black.at(cell.centre)) * 0.5;
+        // A cell outside of the frame stays undecided.
+        grid[cell.place] = frame.at(homography.project(cell.centre)).map_or(0.0, |value| value - threshold);
+    }
+}
+
+#[derive(Default)]
+struct Mean {
+    sum: f32,
+    count: f32,
+}
+
+impl Mean {
+    #[inline(always)]
+    fn add(&mut self, value: f32) {
+        self.sum += value;
+        self.count += 1.0;
+    }
+
+    fn mean(&self) -> f32 {
+        self.sum / self.count.max(1.0)
+    }
+}

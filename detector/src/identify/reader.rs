@@ -1,0 +1,113 @@
+//! What is known of a family before any picture is seen.
+
+use tagbus_family::{Border, Cell, Family, Index};
+
+/// A family made ready for reading. Cells are counted from the top-left corner of the border edge: cell (x, y) has its
+/// centre at (x + 0.5, y + 0.5) and the border edge is the square from (0, 0) to (width, width).
+pub(crate) struct Reader {
+    /// Place of the family in the detector's list.
+    pub(crate) family: usize,
+    pub(crate) border: Border,
+    /// Cells along the border edge.
+    pub(crate) width: f64,
+    /// The data cells, most significant bit first.
+    pub(crate) data: Vec<DataCell>,
+    /// Cells of the rings on both sides of the border edge.
+    pub(crate) rings: Vec<RingCell>,
+    /// Colours of the cells that every tag of the family has the same, as places of `Reader::grid`.
+    pub(crate) known: Vec<KnownCell>,
+    /// Cells a row of the scratch grid: the print and one cell around it.
+    pub(crate) grid_width: usize,
+    pub(crate) index: Index,
+    pub(crate) has_hole: bool,
+    /// Natural logarithm of the number of codes over the number of words: how rare a code is among random bits.
+    rarity: f64,
+    bits: u32,
+}
+
+/// A cell that carries a bit.
+pub(crate) struct DataCell {
+    pub(crate) centre: [f64; 2],
+    /// Place in the scratch grid.
+    pub(crate) place: usize,
+}
+
+/// A cell whose colour is the same in every tag of the family.
+pub(crate) struct KnownCell {
+    pub(crate) centre: [f64; 2],
+    pub(crate) place: usize,
+    pub(crate) white: bool,
+}
+
+/// Two neighbouring cells with the border edge between them.
+pub(crate) struct RingCell {
+    pub(crate) white: [f64; 2],
+    pub(crate) black: [f64; 2],
+}
+
+impl Reader {
+    /// Makes a family ready. `hamming` bits are corrected, or the family's own default; only `ids` are known unless empty.
+    pub(crate) fn new(place: usize, family: &Family, hamming: Option<u32>, ids: &[u32]) -> Self {
+        let layout = family.layout();
+        let hamming = hamming.unwrap_or_else(|| family.default_hamming());
+        let index =
+            if ids.is_empty() { Index::new(family, hamming) } else { Index::for_ids(family, hamming, ids) };
+        let frame = layout.margin() as i32 + 1;
+        let grid_width = layout.total_width() + 2;
+        let place_of = |x: i32, y: i32| (y + frame) as usize * grid_width + (x + frame) as usize;
+        let centre = |x: i32, y: i32| [f64::from(x) + 0.5, f64::from(y) + 0.5];
+        let print = -frame..grid_width as i32 - frame;
+        let known = print.clone().flat_map(|y| print.clone().map(move |x| (x, y))).filter_map(|(x, y)| {
+            let white = match layout.cell(x, y) {
+                Cell::White => true,
+                Cell::Black => false,
+                Cell::Data | Cell::Ignored => return None,
+            };
+            Some(KnownCell { centre: centre(x, y), place: place_of(x, y), white })
+        });
+        let data =
+            layout.bits().iter().map(|[x, y]| DataCell { centre: centre(*x, *y), place: place_of(*x, *y) });
+        let bits = layout.bit_count();
+        Self {
+            family: place,
+            border: layout.border(),
+            width: layout.width_at_border() as f64,
+            data: data.collect(),
+            rings: ring_cells(layout.width_at_border(), layout.border()),
+            known: known.collect(),
+            grid_width,
+            index,
+            has_hole: layout.hole_width() > 0,
+            rarity: (4.0 * family.codes().len() as f64).ln() - f64::from(bits) * std::f64::consts::LN_2,
+            bits,
+        }
+    }
+
+    /// Logarithm of the number of tags that random bits are expected to be taken for, with so many corrected bits:
+    /// 4 N C(n, h) / 2^n. The smaller, the surer a reading.
+    pub(crate) fn chance(&self, hamming: u32) -> f64 {
+        let choices: f64 = (0..hamming).map(|k| (f64::from(self.bits - k) / f64::from(k + 1)).ln()).sum();
+        self.rarity + choices
+    }
+}
+
+/// The cells along the border edge, clockwise from the top left.
+fn ring_cells(width: usize, border: Border) -> Vec<RingCell> {
+    let side = width as f64;
+    let sides = (0..4).flat_map(|side| (0..width).map(move |i| (side, i as f64 + 0.5)));
+    sides
+        .map(|(k, along)| {
+            let at = |depth: f64| match k {
+                0 => [along, depth],
+                1 => [side - depth, along],
+                2 => [side - along, side - depth],
+                _ => [depth, side - along],
+            };
+            let (outside, inside) = (at(-0.5), at(0.5));
+            match border {
+                Border::Normal => RingCell { white: outside, black: inside },
+                Border::Reversed => RingCell { white: inside, black: outside },
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,250 @@
+//! Edges on the full-resolution frame: where grey values cross half-way between the levels on both sides.
+//!
+//! The reference takes the centroid of squared gradients in a window that may reach past the neighbouring cell, which pushes
+//! small tags outwards or inwards by polarity. The half-way crossing, searched within half a cell, has half the error.
+
+use super::homography::Homography;
+use super::reader::Reader;
+use super::sample::Frame;
+use tagbus_family::Border;
+
+/// The window across the edge: this share of a cell, this many pixels of the search grid, never less than the last.
+const WINDOW: (f64, f64, f64) = (0.5, 2.0, 0.6);
+/// Distance of samples across the edge, pixels.
+const STEP: f64 = 0.25;
+/// Most samples across the edge.
+const MOST_ACROSS: usize = 81;
+/// Profiles across the edge, one per two pixels of the side within these limits.
+const PROFILES: (usize, usize) = (16, 96);
+/// Rounds of weighting profiles by their distance from the line, and the standard deviations from which weight falls.
+const WEIGHTINGS: usize = 3;
+const FAR: f64 = 1.5;
+/// A smaller difference between the levels on both sides is no edge, grey levels.
+const LEAST_STEP: f32 = 3.0;
+/// A corner that moves further than this many pixels of the search grid, and these besides, has gone astray.
+const FARTHEST_MOVE: (f64, f64) = (2.0, 2.0);
+
+/// The corners moved to the edges. `None` when a side shows no clear edge or a corner moves too far.
+#[inline(always)]
+pub(crate) fn refine(
+    frame: &Frame,
+    reader: &Reader,
+    corners: &[[f64; 2]; 4],
+    factor: f64,
+) -> Option<[[f64; 2]; 4]> {
+    let rounds = if factor > 1.0 { 3 } else { 2 };
+    let mut refined = *corners;
+    for _ in 0..rounds {
+        let homography = Homography::from_square(&refined, reader.width)?;
+        let mut lines = [SideLine::default(); 4];
+        for (k, line) in lines.iter_mut().enumerate() {
+            *line = refine_side(frame, reader, &homography, &refined, k, factor)?;
+        }
+        for k in 0..4 {
+            refined[k] = lines[(k + 3) % 4].meet(&lines[k])?;
+        }
+    }
+    let stayed = |k: usize| {
+        let moved = (refined[k][0] - corners[k][0]).hypot(refined[k][1] - corners[k][1]);
+        moved <= FARTHEST_MOVE.0 * factor + FARTHEST_MOVE.1
+    };
+    (0..4).all(stayed).then_some(refined)
+}
+
+/// A line by a point on it and its direction.
+#[derive(Clone, Copy, Default)]
+struct SideLine {
+    point: [f64; 2],
+    along: [f64; 2],
+}
+
+impl SideLine {
+    fn meet(&self, other: &Self) -> Option<[f64; 2]> {
+        let sine = self.along[0] * other.along[1] - self.along[1] * other.along[0];
+        if sine.abs() < 0.1 {
+            return None;
+        }
+        let (dx, dy) = (other.point[0] - self.point[0], other.point[1] - self.point[1]);
+        let t = (dx * other.along[1] - dy * other.along[0]) / sine;
+        Some([self.point[0] + t * self.along[0], self.point[1] + t * self.along[1]])
+    }
+}
+
+/// A side while it is refined: unit vectors along it and outwards, and the grey levels on both sides.
+struct Side {
+    from: [f64; 2],
+    to: [f64; 2],
+    outwards: [f64; 2],
+    length: f64,
+    /// Cell size across the side, pixels.
+    cell: f64,
+    half_way: f32,
+    /// +1 when it is brighter outside, -1 when inside.
+    sign: f32,
+}
+
+#[inline(always)]
+fn refine_side(
+    frame: &Frame,
+    reader: &Reader,
+    homography: &Homography,
+    corners: &[[f64; 2]; 4],
+    k: usize,
+    factor: f64,
+) -> Option<SideLine> {
+    let side = measure_side(frame, reader, homography, corners, k)?;
+    let window = (WINDOW.0 * side.cell).min(WINDOW.1 * factor).max(WINDOW.2);
+    let count = ((side.length / 2.0) as usize).clamp(PROFILES.0, PROFILES.1);
+    // The ends of a side lie in the blur of its corners.
+    let end = (0.5 * side.cell).min(0.12 * side.length) / side.length;
+    let mut points = [[0.0f64; 2]; PROFILES.1];
+    let mut found = 0;
+    for i in 0..count {
+        let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
+        let foot = [0, 1].map(|a| side.from[a] + t * (side.to[a] - side.from[a]));
+        if let Some(shift) = crossing(frame, &side, foot, window) {
+            points[found] = [0, 1].map(|a| foot[a] + shift * side.outwards[a]);
+            found += 1;
+        }
+    }
+    (found >= 4).then(|| robust_line(&points[..found]))
+}
+
+/// Levels and cell size beside a side, from the centres of the cells along it.
+#[inline(always)]
+fn measure_side(
+    frame: &Frame,
+    reader: &Reader,
+    homography: &Homography,
+    corners: &[[f64; 2]; 4],
+    k: usize,
+) -> Option<Side> {
+    let (from, to) = (corners[k], corners[(k + 1) % 4]);
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = dx.hypot(dy);
+    if length < 2.0 {
+        return None;
+    }
+    let outwards = [dy / length, -dx / length];
+    let (mut white, mut black, mut cell, mut samples) = (0.0, 0.0, 0.0, 0.0);
+    let cells = reader.rings.len() / 4;
+    for ring in &reader.rings[k * cells..(k + 1) * cells] {
+        let (w, b) = (homography.project(ring.white), homography.project(ring.black));
+        cell += ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
+        if let (Some(w), Some(b)) = (frame.at(w), frame.at(b)) {
+            white += w;
+            black += b;
+            samples += 1.0;
+        }
+    }
+    let step = (white - black) / f32::max(samples, 1.0);
+    if step < LEAST_STEP {
+        return None;
+    }
+    let sign = if reader.border == Border::Normal { 1.0 } else { -1.0 };
+    let half_way = (white + black) / (2.0 * samples);
+    Some(Side { from, to, outwards, length, cell: cell / cells as f64, half_way, sign })
+}
+
+/// How far outwards of `foot` the grey value rises (or, for a reversed border, falls) through half-way; the nearest such
+/// place within the window.
+#[inline(always)]
+fn crossing(frame: &Frame, side: &Side, foot: [f64; 2], window: f64) -> Option<f64> {
+    let half = ((window / STEP).ceil() as usize).min(MOST_ACROSS / 2);
+    let step = window / half as f64;
+    let mut nearest: Option<f64> = None;
+    let mut before: Option<f32> = None;
+    for i in 0..=2 * half {
+        let shift = (i as f64 - half as f64) * step;
+        let value = frame.at([foot[0] + shift * side.outwards[0], foot[1] + shift * side.outwards[1]])?;
+        let above = (value - side.half_way) * side.sign;
+        if let Some(before) = before.filter(|before| *before <= 0.0 && above > 0.0) {
+            let place = shift - step * f64::from(above / (above - before));
+            if nearest.is_none_or(|nearest| place.abs() < nearest.abs()) {
+                nearest = Some(place);
+            }
+        }
+        before = Some(above);
+    }
+    nearest
+}
+
+/// The line through points, by total least squares with the weight of far points reduced.
+#[inline(always)]
+fn robust_line(points: &[[f64; 2]]) -> SideLine {
+    let mut weights = [1.0f64; PROFILES.1];
+    let mut line = SideLine::default();
+    for round in 0..WEIGHTINGS {
+        line = weighted_line(points, &weights);
+        if round + 1 < WEIGHTINGS {
+            reweigh(points, &line, &mut weights);
+        }
+    }
+    line
+}
+
+#[inline(always)]
+fn weighted_line(points: &[[f64; 2]], weights: &[f64]) -> SideLine {
+    let (mut total, mut x, mut y) = (0.0, 0.0, 0.0);
+    for ([px, py], weight) in points.iter().zip(weights) {
+        total += weight;
+        x += weight * px;
+        y += weight * py;
+    }
+    let middle = [x / total, y / total];
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for ([px, py], weight) in points.iter().zip(weights) {
+        let (dx, dy) = (px - middle[0], py - middle[1]);
+        xx += weight * dx * dx;
+        xy += weight * dx * dy;
+        yy += weight * dy * dy;
+    }
+    // Half the angle of the doubled-angle vector (xx - yy, 2 xy), without trigonometry.
+    let (c, s) = (xx - yy, 2.0 * xy);
+    let length = (c * c + s * s).sqrt();
+    let along = if c >= 0.0 { [length + c, s] } else { [s.abs(), (length - c) * s.signum()] };
+    let norm = along[0].hypot(along[1]).max(1e-30);
+    SideLine { point: middle, along: along.map(|v| v / norm) }
+}
+
+#[inline(always)]
+fn reweigh(points: &[[f64; 2]], line: &SideLine, weights: &mut [f64]) {
+    let distance =
+        |[x, y]: &[f64; 2]| ((y - line.point[1]) * line.along[0] - (x - line.point[0]) * line.along[1]).abs();
+    let (mut squares, mut total) = (0.0, 0.0);
+    for (point, weight) in points.iter().zip(weights.iter()) {
+        squares += weight * distance(point).powi(2);
+        total += weight;
+    }
+    let limit = FAR * ((squares / total).sqrt() + 0.02);
+    for (point, weight) in points.iter().zip(weights) {
+        let distance = distance(point);
+        *weight = if distance < limit { 1.0 } else { limit / distance };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_through_points_has_their_direction_whatever_it_is() {
+        for degrees in (0..180).step_by(5) {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let points: Vec<[f64; 2]> =
+                (0..20).map(|i| [5.0 + f64::from(i) * cos, 7.0 + f64::from(i) * sin]).collect();
+            let line = weighted_line(&points, &[1.0; 20]);
+            let parallel = (line.along[0] * cos + line.along[1] * sin).abs();
+            assert!((parallel - 1.0).abs() < 1e-9, "{degrees} degrees: {:?}", line.along);
+        }
+    }
+
+    #[test]
+    fn one_far_point_hardly_turns_a_robust_line() {
+        let mut points: Vec<[f64; 2]> = (0..30).map(|i| [f64::from(i), 2.0]).collect();
+        points[3][1] = 4.0;
+        let line = robust_line(&points);
+        let off = (line.point[1] - 2.0).abs() + line.along[1].abs() * 15.0;
+        assert!(off < 0.05, "off by {off} px");
+    }
+}

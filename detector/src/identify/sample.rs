@@ -1,0 +1,50 @@
+//! Grey values between pixels, at full resolution.
+
+use crate::binarize::raster::{Raster, Sampled};
+use crate::view::LumaView;
+
+/// The full-resolution frame.
+pub(crate) struct Frame<'a> {
+    pixels: Sampled<'a>,
+    last: [f32; 2],
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(view: &LumaView<'a>) -> Self {
+        let last = [view.width() as f32 - 1.0, view.height() as f32 - 1.0];
+        Self { pixels: Sampled::new(view, 1), last }
+    }
+
+    /// The grey value at a point, bilinear between the four pixel centres around it (paper III-E). `None` outside of the
+    /// outermost pixel centres.
+    #[inline(always)]
+    pub(crate) fn at(&self, point: [f64; 2]) -> Option<f32> {
+        let (x, y) = (point[0] as f32 - 0.5, point[1] as f32 - 0.5);
+        if !(x >= 0.0 && y >= 0.0 && x < self.last[0] && y < self.last[1]) {
+            return None;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (right, down) = (x - column as f32, y - row as f32);
+        let value = |dx: usize, dy: usize| f32::from(self.pixels.at(column + dx, row + dy));
+        let upper = value(0, 0) + (value(1, 0) - value(0, 0)) * right;
+        let lower = value(0, 1) + (value(1, 1) - value(0, 1)) * right;
+        Some(upper + (lower - upper) * down)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixel_centres_have_their_pixels_value_and_between_them_it_is_linear() {
+        let bytes = [0, 40, 80, 120, 10, 50, 90, 130, 20, 60, 100, 140, 30, 70, 110, 150];
+        let view = LumaView::grey(&bytes, 4, 4).unwrap();
+        let frame = Frame::new(&view);
+        assert_eq!(frame.at([1.5, 2.5]), Some(60.0));
+        assert_eq!(frame.at([2.0, 1.0]), Some(65.0));
+        assert_eq!(frame.at([0.4, 2.0]), None);
+        assert_eq!(frame.at([2.0, 3.6]), None);
+        assert_eq!(frame.at([f64::NAN, 2.0]), None);
+    }
+}

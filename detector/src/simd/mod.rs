@@ -1,0 +1,106 @@
+//! The pixel kernels, each with a scalar twin that is obviously right; and which of them this processor can run.
+
+#![allow(unsafe_code, reason = "this folder is the place that the conventions name for intrinsics")]
+
+mod level;
+mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub(crate) use level::Kernel;
+pub use level::{Level, UnknownLevel};
+
+use level::Kind;
+
+/// Smallest and largest value of each 4x4 tile of four rows. `rows` are equally long; a partial tile at the right end
+/// uses the pixels that it has. `minima` and `maxima` take `rows[0].len().div_ceil(4)` values.
+pub(crate) fn tile_extrema(level: Level, rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) {
+    let done = match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 => unsafe { x86::tile_extrema_avx2(rows, minima, maxima) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
+        Kind::Avx512 => unsafe { x86::tile_extrema_avx512(rows, minima, maxima) },
+        _ => 0,
+    };
+    let pixels = done * 4;
+    let rest = rows.map(|row| &row[pixels..]);
+    scalar::tile_extrema(rest, &mut minima[done..], &mut maxima[done..]);
+}
+
+/// The bit planes of one row: a pixel is dark when it lies below its tile's cut, bright when not; a cut of 0 marks an
+/// unsure tile, whose pixels are neither. Bit `x % 64` of word `x / 64`; bits past the row are clear.
+pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) {
+    let done = match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 => unsafe { x86::threshold_row_avx2(row, cuts, dark, bright) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
+        Kind::Avx512 => unsafe { x86::threshold_row_avx512(row, cuts, dark, bright) },
+        _ => 0,
+    };
+    let rest = &row[done * 64..];
+    scalar::threshold_row(rest, &cuts[done * 16..], &mut dark[done..], &mut bright[done..]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A small seeded generator (xorshift64*), enough for pixels.
+    struct Random(u64);
+
+    impl Random {
+        fn byte(&mut self) -> u8 {
+            self.0 ^= self.0 >> 12;
+            self.0 ^= self.0 << 25;
+            self.0 ^= self.0 >> 27;
+            (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 56) as u8
+        }
+
+        fn bytes(&mut self, count: usize) -> Vec<u8> {
+            (0..count).map(|_| self.byte()).collect()
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_scalar_tile_extrema_at_every_length_and_alignment() {
+        let mut random = Random(7);
+        for length in 1..=200 {
+            for start in [0, 1, 3, 17] {
+                let rows: Vec<Vec<u8>> = (0..4).map(|_| random.bytes(start + length)).collect();
+                let rows = [&rows[0][start..], &rows[1][start..], &rows[2][start..], &rows[3][start..]];
+                let tiles = length.div_ceil(4);
+                let (mut low, mut high) = (vec![0; tiles], vec![0; tiles]);
+                scalar::tile_extrema(rows, &mut low, &mut high);
+                for level in Level::available() {
+                    let (mut a, mut b) = (vec![9; tiles], vec![9; tiles]);
+                    tile_extrema(level, rows, &mut a, &mut b);
+                    assert_eq!((&a, &b), (&low, &high), "{level} at length {length}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_scalar_bit_planes_at_every_length_and_alignment() {
+        let mut random = Random(11);
+        for length in 1..=400 {
+            let start = length % 5;
+            let row = random.bytes(start + length);
+            let row = &row[start..];
+            let cuts: Vec<u8> =
+                random.bytes(length.div_ceil(4)).iter().map(|c| if c % 3 == 0 { 0 } else { *c }).collect();
+            let words = length / 64 + 1;
+            let (mut dark, mut bright) = (vec![1; words], vec![1; words]);
+            scalar::threshold_row(row, &cuts, &mut dark, &mut bright);
+            for level in Level::available() {
+                let (mut a, mut b) = (vec![5; words], vec![5; words]);
+                threshold_row(level, row, &cuts, &mut a, &mut b);
+                assert_eq!((&a, &b), (&dark, &bright), "{level} at length {length}");
+            }
+        }
+    }
+}

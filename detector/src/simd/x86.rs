@@ -1,0 +1,126 @@
+//! The kernels for AVX2 and AVX-512. Each does whole vectors only and says how much it did; the scalar twin does the rest.
+
+use std::arch::x86_64::*;
+
+use super::level::Kernel;
+
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+#[target_feature(enable = "avx2")]
+fn load_256(bytes: &[u8], at: usize) -> __m256i {
+    let chunk = &bytes[at..at + 32];
+    // SAFETY: `chunk` has just been checked to hold the 32 bytes that are read; the load takes any alignment.
+    unsafe { _mm256_loadu_si256(chunk.as_ptr().cast()) }
+}
+
+#[target_feature(enable = "avx512f,avx512bw")]
+fn load_512(bytes: &[u8], at: usize) -> __m512i {
+    let chunk = &bytes[at..at + 64];
+    // SAFETY: `chunk` has just been checked to hold the 64 bytes that are read; the load takes any alignment.
+    unsafe { _mm512_loadu_si512(chunk.as_ptr().cast()) }
+}
+
+/// The lowest byte of each 32-bit lane of `v`, in order.
+#[target_feature(enable = "avx2")]
+fn low_bytes_256(v: __m256i) -> [u8; 8] {
+    let pick = _mm256_set1_epi64x(i64::from_le_bytes([0, 4, 8, 12, 0x80, 0x80, 0x80, 0x80]));
+    let packed = _mm256_shuffle_epi8(v, pick);
+    let low = _mm256_extract_epi32::<0>(packed).to_le_bytes();
+    let high = _mm256_extract_epi32::<4>(packed).to_le_bytes();
+    [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
+}
+
+/// Tiles done, always a multiple of 8.
+#[target_feature(enable = "avx2")]
+pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
+    let vectors = rows[0].len() / 32;
+    for i in 0..vectors {
+        let [a, b, c, d] = rows.map(|row| load_256(row, i * 32));
+        let mut low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
+        let mut high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
+        low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
+        low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
+        high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
+        high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
+        minima[i * 8..][..8].copy_from_slice(&low_bytes_256(low));
+        maxima[i * 8..][..8].copy_from_slice(&low_bytes_256(high));
+    }
+    vectors * 8
+}
+
+/// Tiles done, always a multiple of 16.
+#[target_feature(enable = "avx512f,avx512bw")]
+pub(super) fn tile_extrema_avx512(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
+    let vectors = rows[0].len() / 64;
+    for i in 0..vectors {
+        let [a, b, c, d] = rows.map(|row| load_512(row, i * 64));
+        let mut low = _mm512_min_epu8(_mm512_min_epu8(a, b), _mm512_min_epu8(c, d));
+        let mut high = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
+        low = _mm512_min_epu8(low, _mm512_srli_epi32::<8>(low));
+        low = _mm512_min_epu8(low, _mm512_srli_epi32::<16>(low));
+        high = _mm512_max_epu8(high, _mm512_srli_epi32::<8>(high));
+        high = _mm512_max_epu8(high, _mm512_srli_epi32::<16>(high));
+        store_128(_mm512_cvtepi32_epi8(low), &mut minima[i * 16..]);
+        store_128(_mm512_cvtepi32_epi8(high), &mut maxima[i * 16..]);
+    }
+    vectors * 16
+}
+
+#[target_feature(enable = "avx512f,avx512bw")]
+fn store_128(v: __m128i, to: &mut [u8]) {
+    let to = &mut to[..16];
+    // SAFETY: `to` has just been checked to hold the 16 bytes that are written; the store takes any alignment.
+    unsafe { _mm_storeu_si128(to.as_mut_ptr().cast(), v) }
+}
+
+/// Eight cuts spread over the 32 pixels of their tiles.
+#[target_feature(enable = "avx2")]
+fn spread_256(cuts: &[u8]) -> __m256i {
+    let cuts = i64::from_le_bytes([cuts[0], cuts[1], cuts[2], cuts[3], cuts[4], cuts[5], cuts[6], cuts[7]]);
+    let places = _mm256_setr_epi8(
+        0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7,
+    );
+    _mm256_shuffle_epi8(_mm256_set1_epi64x(cuts), places)
+}
+
+/// Words of 64 pixels done.
+#[target_feature(enable = "avx2")]
+pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
+    let words = row.len() / 64;
+    let zero = _mm256_setzero_si256();
+    for i in 0..words {
+        let (mut at_least, mut sure) = ([0u64; 2], [0u64; 2]);
+        for half in 0..2 {
+            let pixels = load_256(row, i * 64 + half * 32);
+            let cut = spread_256(&cuts[i * 16 + half * 8..][..8]);
+            let reached = _mm256_cmpeq_epi8(_mm256_max_epu8(pixels, cut), pixels);
+            at_least[half] = u64::from(_mm256_movemask_epi8(reached) as u32);
+            sure[half] = u64::from(!_mm256_movemask_epi8(_mm256_cmpeq_epi8(cut, zero)) as u32);
+        }
+        let reached = at_least[0] | at_least[1] << 32;
+        dark[i] = !reached;
+        bright[i] = reached & (sure[0] | sure[1] << 32);
+    }
+    words
+}
+
+/// Words of 64 pixels done.
+#[target_feature(enable = "avx512f,avx512bw")]
+pub(super) fn threshold_row_avx512(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
+    let words = row.len() / 64;
+    let places = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12));
+    for i in 0..words {
+        let pixels = load_512(row, i * 64);
+        let cut16 = &cuts[i * 16..][..16];
+        // SAFETY: `cut16` has just been checked to hold the 16 bytes that are read; the load takes any alignment.
+        let cut = unsafe { _mm_loadu_si128(cut16.as_ptr().cast()) };
+        let cut = _mm512_shuffle_epi8(_mm512_cvtepu8_epi32(cut), places);
+        let below = _mm512_cmplt_epu8_mask(pixels, cut);
+        dark[i] = below;
+        bright[i] = !below & _mm512_test_epi8_mask(cut, cut);
+    }
+    words
+}
