@@ -26,10 +26,14 @@ pub fn least_ising_energy(area: usize) -> u32 {
 /// The number of rectangles that a greedy painter needs for a square of bits: each time the one that sets most cells
 /// right (those it spoils deducted), until all are. Used for the families of the first AprilTag releases.
 ///
-/// Bit `y * width + x` of `square` is the cell in column `x` of row `y`; `width` is 1 to 8. Which of equally good
+/// Bit `y * width + x` of `square` is the cell in column `x` of row `y`. Which of equally good
 /// rectangles is taken can matter, so the published families are reproduced only by scanning y, height, x, width and
 /// black before white, with the least significant bit of the row-major code at the top left.
+///
+/// # Panics
+/// When `width` is not 1 to 8.
 pub fn rectangle_count(square: u64, width: u32) -> u32 {
+    assert!((1..=8).contains(&width), "a square of {width} x {width} bits does not fit 64");
     let rectangles = rectangles(width);
     let everything = u64::MAX >> (64 - width * width);
     // Which cells show the right colour already; at first they show none.

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use tagbus_family::complexity::{ising_energy, least_ising_energy, rectangle_count};
-use tagbus_family::published::{BitOrder, NAMES, RECIPES, Recipe};
+use tagbus_family::published::{self, BitOrder, NAMES, RECIPES, Recipe};
 use tagbus_family::{Family, Layout};
 
 fn families() -> impl Iterator<Item = (&'static Recipe, Family)> {
@@ -35,17 +35,48 @@ fn each_code_is_complex_enough() {
     for (recipe, family) in families() {
         let layout = family.layout();
         for (id, &code) in family.codes().iter().enumerate() {
-            let (complexity, least) = match recipe.order {
-                BitOrder::Rows => (rectangles(layout, code), recipe.complexity),
-                BitOrder::Quadrants => (ising_energy(&layout.draw(code)), least_ising_energy(layout.area())),
-            };
+            let (complexity, least) = complexity_and_least(recipe, layout, code);
             assert!(complexity >= least, "{} id {id}: {complexity}, at least {least}", recipe.name);
         }
     }
 }
 
-fn rectangles(layout: &Layout, code: u64) -> u32 {
-    rectangle_count(layout.to_row_major(code), layout.bit_count().isqrt())
+fn complexity_and_least(recipe: &Recipe, layout: &Layout, code: u64) -> (u32, u32) {
+    let rectangles = || rectangle_count(layout.to_row_major(code), layout.bit_count().isqrt());
+    match recipe.order {
+        BitOrder::Rows => (rectangles(), recipe.complexity),
+        BitOrder::Quadrants => (ising_energy(&layout.draw(code)), least_ising_energy(layout.area())),
+    }
+}
+
+/// The search by which a family was made, in its plainest form: each candidate that is far enough from its own
+/// rotations and from all codes before is kept, if it is complex enough.
+fn greedy_search(recipe: &Recipe, layout: &Layout) -> Vec<u64> {
+    let candidates = recipe.candidates(layout);
+    let far = |left: u64, right: u64| (left ^ right).count_ones() >= recipe.distance;
+    let mut codes: Vec<u64> = Vec::new();
+    for number in 1..=1 << layout.bit_count() {
+        let code = recipe.from_candidate(layout, candidates.code(number));
+        let once = layout.rotate90(code);
+        let twice = layout.rotate90(once);
+        let turned = [code, once, twice, layout.rotate90(twice)];
+        let is_far = turned[1..].iter().all(|&turned| far(code, turned))
+            && codes.iter().all(|&kept| turned.iter().all(|&turned| far(kept, turned)));
+        let (complexity, least) = if is_far { complexity_and_least(recipe, layout, code) } else { (0, 1) };
+        if complexity >= least {
+            codes.push(code);
+        }
+    }
+    codes
+}
+
+#[test]
+fn small_families_are_all_that_a_search_of_every_code_finds() {
+    for name in ["tag16h5", "tagCircle21h7"] {
+        let recipe = published::recipe(name).unwrap();
+        let family = Family::published(name).unwrap();
+        assert_eq!(greedy_search(recipe, family.layout()), family.codes(), "{name}");
+    }
 }
 
 #[test]
