@@ -35,10 +35,6 @@ impl Coverage {
         self.changes.resize((window.width + 1) * window.height, [0.0; 2]);
     }
 
-    pub(crate) fn window(&self) -> Window {
-        self.window
-    }
-
     /// Adds an edge that has `weight` to the right of it where it goes down, and the opposite where it goes up.
     pub(crate) fn add_edge(&mut self, from: Point, to: Point, weight: Layers) {
         if from[1] <= to[1] {
@@ -48,11 +44,11 @@ impl Coverage {
         }
     }
 
-    /// Adds a polygon; `weight` counts for corners that go round left edge down, right edge up.
+    /// Adds a polygon whose inside has this weight, whichever way round its corners go.
     pub(crate) fn add_polygon(&mut self, corners: &[Point], weight: Layers) {
-        let following = corners.iter().cycle().skip(1);
-        for (&from, &to) in corners.iter().zip(following) {
-            self.add_edge(from, to, weight);
+        let sense = sense_of(corners);
+        for (&from, &to) in corners.iter().zip(following(corners)) {
+            self.add_edge(from, to, weight.map(|value| value * sense));
         }
     }
 
@@ -122,6 +118,17 @@ impl Coverage {
     }
 }
 
+/// 1 for a polygon that goes round left edge down, right edge up (counter-clockwise as seen in the picture), else -1.
+pub(crate) fn sense_of(polygon: &[Point]) -> f32 {
+    let turning: f64 = polygon.iter().zip(following(polygon)).map(|(a, b)| a[1] * b[0] - a[0] * b[1]).sum();
+    if turning > 0.0 { 1.0 } else { -1.0 }
+}
+
+/// The corner after each corner.
+fn following(polygon: &[Point]) -> impl Iterator<Item = &Point> {
+    polygon.iter().cycle().skip(1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,7 +164,7 @@ mod tests {
         for _ in 0..500 {
             let mut corner = || [stream.between(1.0, 19.0), stream.between(1.0, 19.0)];
             let [a, b, c] = [corner(), corner(), corner()];
-            let area = ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / -2.0;
+            let area = ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs() / 2.0;
             let sum: f32 = covered(Window::whole(20, 20), &[a, b, c]).iter().sum();
             assert!((sum - area as f32).abs() < 200.0 * ROUNDING, "{sum} for {area}");
         }

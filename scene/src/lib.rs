@@ -31,3 +31,9 @@ pub use exposure::Light;
 
 mod photo;
 pub use photo::{Photo, photograph};
+
+mod room;
+mod orbit;
+
+mod scene;
+pub use scene::{Scene, SceneConfig, SceneError, Scratch};

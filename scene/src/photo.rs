@@ -74,7 +74,7 @@ fn painted(photo: &Photo, tags: &[Placement], frame: Window) -> Canvas {
     photo.background.fill(&mut canvas, photo.seed);
     let mut coverage = Coverage::default();
     for placement in tags {
-        placement.paint(&mut canvas, &mut coverage);
+        placement.print().paint(&mut canvas, &mut coverage);
     }
     Blur::new(photo.blur_sigma).apply(&mut canvas, &mut BlurScratch::default());
     canvas

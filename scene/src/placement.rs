@@ -1,7 +1,7 @@
 //! A tag placed in the picture, and how it is painted.
 
 use crate::canvas::{Canvas, Window};
-use crate::coverage::{Coverage, Layers};
+use crate::coverage::{Coverage, Layers, sense_of};
 use crate::homography::{Homography, Point, project};
 use crate::tag::{Tag, TrueTag};
 use tagbus_family::Paint;
@@ -45,6 +45,22 @@ impl Placement {
         self.tag.truth(&self.homography, width, height)
     }
 
+    pub(crate) fn print(&self) -> Print<'_> {
+        let Placement { tag, homography, paper, black, white } = self;
+        Print { tag, homography: *homography, paper: *paper, black: *black, white: *white }
+    }
+}
+
+/// A placement that borrows its tag, so that a moving tag is not copied for every frame.
+pub(crate) struct Print<'a> {
+    pub tag: &'a Tag,
+    pub homography: Homography,
+    pub paper: Paper,
+    pub black: f32,
+    pub white: f32,
+}
+
+impl Print<'_> {
     /// The pixels of `limit` that the tag or its sheet touches; empty when there are none, or when a part of it lies
     /// behind the camera.
     pub(crate) fn window(&self, limit: &Window) -> Window {
@@ -74,13 +90,13 @@ impl Placement {
     /// the shares of a pixel add up, and nothing shines through between them.
     fn cover(&self, coverage: &mut Coverage) {
         let outline = self.outline();
-        let sense = if counter_clockwise(&outline) { 1.0 } else { -1.0 };
+        let sense = sense_of(&outline);
         let bare = match self.paper {
             Paper::CutOut => [0.0, 0.0],
             Paper::Sheet { .. } => [1.0, 0.0],
         };
-        coverage.add_polygon(&outline, bare.map(|share| share * sense));
-        let (mut tag, mut homography) = (&self.tag, self.homography);
+        coverage.add_polygon(&outline, bare);
+        let (mut tag, mut homography) = (self.tag, self.homography);
         cover_cells(tag, &homography, bare, sense, coverage);
         while let Some(inner) = tag.inner() {
             homography = tag.into_hole(inner, &homography);
@@ -89,8 +105,7 @@ impl Placement {
         }
     }
 
-    /// The corners of the sheet, or of the print where there is no sheet, in the picture: top left, bottom left,
-    /// bottom right, top right of the upright tag.
+    /// The corners of the sheet, or of the print where there is no sheet, in the picture.
     fn outline(&self) -> [Point; 4] {
         let margin = match self.paper {
             Paper::CutOut => 0.0,
@@ -131,12 +146,6 @@ fn step(to: Layers, from: Layers, sense: f32) -> Layers {
     [(to[0] - from[0]) * sense, (to[1] - from[1]) * sense]
 }
 
-/// Whether a polygon goes round counter-clockwise as seen in the picture (y points down).
-fn counter_clockwise(polygon: &[Point]) -> bool {
-    let following = polygon.iter().cycle().skip(1);
-    polygon.iter().zip(following).map(|(a, b)| a[1] * b[0] - a[0] * b[1]).sum::<f64>() > 0.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,7 +160,7 @@ mod tests {
 
     fn painted(placement: &Placement, width: usize, height: usize) -> Canvas {
         let mut canvas = Canvas::plain(Window::whole(width, height), GROUND);
-        placement.paint(&mut canvas, &mut Coverage::default());
+        placement.print().paint(&mut canvas, &mut Coverage::default());
         canvas
     }
 
@@ -221,7 +230,7 @@ mod tests {
         // On a black ground, with black and white painted the same, every gap would show.
         (placement.black, placement.white) = (200.0, 200.0);
         let mut canvas = Canvas::plain(Window::whole(200, 200), 0.0);
-        placement.paint(&mut canvas, &mut Coverage::default());
+        placement.print().paint(&mut canvas, &mut Coverage::default());
         for y in 80..120 {
             for x in 80..120 {
                 assert!((pixel(&canvas, x, y) - 200.0).abs() < 0.01, "gap at {x}, {y}");
