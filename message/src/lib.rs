@@ -1,1 +1,43 @@
-//! Room `message` (under construction).
+//! What crosses a process boundary, byte for byte, and how a role comes onto the bus and leaves it.
+//!
+//! ```text
+//!   camera ── frames ([u8] + FrameHeader) ──▶ detector ── detections ([TagDetection] + DetectionsHeader) ──▶ clients
+//!      └───── info (CameraInfo) ──────────▶ anybody
+//! ```
+//!
+//! A role makes a [`bus::Bus`] in a [`domain::Domain`] and opens or makes its topics with it:
+//!
+//! ```no_run
+//! use iceoryx2::prelude::ipc;
+//! use tagbus_message::{bus::{Bus, Patience}, domain::Domain, qos, stop::Stop};
+//!
+//! let stop = Stop::new()?;
+//! let bus = Bus::<ipc::Service>::start(&Domain::new("tagbus")?, "viewer", &stop)?;
+//! let frames = bus.open_frames("cam0", qos::DETECTOR_FRAME_BUFFER, Patience::Endless)?;
+//! if let Some(frame) = frames.newest()? {
+//!     let header = *frame.user_header();
+//!     let layout = header.validate(frame.payload().len())?;
+//!     println!("frame {} of {} x {}", header.sequence, layout.width, layout.height);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod bus;
+pub mod clock;
+pub mod detection;
+pub mod domain;
+pub mod fourcc;
+pub mod frame;
+mod gate;
+pub mod info;
+pub mod ports;
+pub mod qos;
+#[cfg(test)]
+mod random;
+pub mod stop;
+mod sweep;
+pub mod text;
+pub mod topics;
+mod verdict;
+pub mod wait;

@@ -1,0 +1,343 @@
+//! How every role comes onto the bus and leaves it.
+//!
+//! [`Bus::start`] makes the role's node; [`crate::ports`] opens or makes topics with it. Both go through one loop that
+//! waits for what is coming, mends what the dead left half made, makes the dead give back their places, and says clearly
+//! what waiting does not mend. When the last clone of a [`Bus`] is dropped the node goes, and the domain's last role
+//! removes everything.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use iceoryx2::prelude::{Node, NodeBuilder, NodeName, Service, SignalHandlingMode};
+
+use crate::domain::{Domain, DomainError};
+use crate::gate::Company;
+use crate::qos::QosError;
+use crate::stop::Stop;
+use crate::sweep;
+use crate::verdict::{Judge, Verdict};
+
+/// Pause between two tries; a topic that is not there is asked for less and less often.
+const PAUSE: Duration = Duration::from_millis(10);
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
+/// How long something may be broken or half made: longer than any healing takes.
+const STUCK_AFTER: Duration = Duration::from_secs(10);
+/// How long places may be taken after the dead were cleaned up: a process that is killed takes a while to die.
+const CROWDED_AFTER: Duration = Duration::from_secs(1);
+/// How long a topic with other settings may stay: the last who use it may be leaving.
+const DIFFERENT_AFTER: Duration = Duration::from_millis(500);
+
+/// A role's place on the bus. Cheap to clone; the node lives as long as the last clone.
+///
+/// Samples and loans in hand keep the node too: drop them before the last clone, or cleaning up is left to the next role.
+#[derive(Debug)]
+pub struct Bus<S: Service> {
+    place: Arc<Place<S>>,
+}
+
+#[derive(Debug)]
+struct Place<S: Service> {
+    /// Only `None` while this is dropped.
+    node: Option<Node<S>>,
+    domain: Domain,
+    stop: Stop,
+}
+
+/// How long to wait for a topic that is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Patience {
+    /// Until it comes or the role is stopped.
+    Endless,
+    /// So long, for everything that has to be there.
+    AtMost(Duration),
+}
+
+/// Who made or makes a topic: what a role does about one that is not there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// Makes what is not there.
+    Producer,
+    /// Waits for it.
+    Consumer,
+}
+
+impl<S: Service> Clone for Bus<S> {
+    fn clone(&self) -> Self {
+        Self { place: Arc::clone(&self.place) }
+    }
+}
+
+impl<S: Service> Bus<S> {
+    /// Comes onto the bus: makes the domain's root and a node named after the role, such as "camera cam0".
+    ///
+    /// What the dead left is removed first. Errors name both users when the domain is another's.
+    pub fn start(domain: &Domain, role: &str, stop: &Stop) -> Result<Self, BusError> {
+        let config = domain.config()?;
+        let name = NodeName::new(role).unwrap_or_default();
+        let mut tries = Tries::new(role, Patience::Endless, stop);
+        loop {
+            // Alone, so that a role that ends sees either no node of ours or a whole one.
+            let mut pass = domain.enter(Company::Alone)?;
+            domain.prepare(&mut pass)?;
+            if !sweep::has_living_nodes(domain) {
+                sweep::remove_leftovers(domain);
+            }
+            let node = NodeBuilder::new()
+                .name(&name)
+                .config(&config)
+                .signal_handling_mode(SignalHandlingMode::Disabled)
+                .create::<S>();
+            drop(pass);
+            match node {
+                Ok(node) => {
+                    let place = Place { node: Some(node), domain: domain.clone(), stop: stop.clone() };
+                    return Ok(Self { place: Arc::new(place) });
+                }
+                Err(error) => tries.failed(&error)?,
+            }
+        }
+    }
+
+    /// The role's node.
+    #[must_use]
+    pub fn node(&self) -> &Node<S> {
+        self.place.node.as_ref().expect("the node is taken only when the place is dropped")
+    }
+
+    /// The domain that the role is in.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.place.domain
+    }
+
+    /// What ends the role.
+    #[must_use]
+    pub fn stop(&self) -> &Stop {
+        &self.place.stop
+    }
+
+    /// Gives back what dead roles held, and says how many there were. To be called when a deadline was missed:
+    /// nobody looks for the dead by himself.
+    pub fn clean_up_dead(&self) -> u64 {
+        self.node().try_cleanup_dead_nodes().cleanups
+    }
+
+    /// Tries until it works or waiting does not help any more.
+    pub(crate) fn persist<T, E: Judge>(
+        &self,
+        topic: &str,
+        part: Part,
+        patience: Patience,
+        mut attempt: impl FnMut() -> Result<T, E>,
+    ) -> Result<T, BusError> {
+        let mut tries = Tries::new(topic, patience, &self.place.stop);
+        loop {
+            // Whoever makes something is seen by those who heal; whoever only waits must not keep them off.
+            let pass = match part {
+                Part::Producer => Some(self.place.domain.enter(Company::Shared)?),
+                Part::Consumer => None,
+            };
+            let outcome = attempt();
+            drop(pass);
+            let error = match outcome {
+                Ok(made) => return Ok(made),
+                Err(error) => error,
+            };
+            match error.verdict() {
+                Verdict::Heal => self.heal()?,
+                Verdict::Crowded | Verdict::Different => drop(self.clean_up_dead()),
+                Verdict::Absent | Verdict::Again | Verdict::Hopeless => {}
+            }
+            tries.failed(&error)?;
+        }
+    }
+
+    fn heal(&self) -> Result<(), BusError> {
+        self.clean_up_dead();
+        let _alone = self.place.domain.enter(Company::Alone)?;
+        sweep::heal(&self.place.domain);
+        Ok(())
+    }
+}
+
+impl<S: Service> Drop for Place<S> {
+    fn drop(&mut self) {
+        // The node first: its going makes this role count as gone.
+        self.node = None;
+        if let Ok(pass) = self.domain.enter(Company::Alone) {
+            sweep::end_if_last(&self.domain, pass);
+        }
+    }
+}
+
+/// Counts the time of failed tries and decides when to give up.
+struct Tries<'a> {
+    topic: &'a str,
+    patience: Patience,
+    stop: &'a Stop,
+    started: Instant,
+    pause: Duration,
+    same: Option<(Verdict, Instant)>,
+}
+
+impl<'a> Tries<'a> {
+    fn new(topic: &'a str, patience: Patience, stop: &'a Stop) -> Self {
+        Self { topic, patience, stop, started: Instant::now(), pause: PAUSE, same: None }
+    }
+
+    /// Sleeps before the next try, or says why there must not be one.
+    fn failed<E: Judge>(&mut self, error: &E) -> Result<(), BusError> {
+        let verdict = error.verdict();
+        let since = match self.same {
+            Some((same, since)) if same == verdict => since,
+            _ => Instant::now(),
+        };
+        self.same = Some((verdict, since));
+        if self.is_over(verdict, since.elapsed()) {
+            return Err(self.give_up(verdict, error));
+        }
+        if self.stop.wait(self.pause) {
+            return Err(BusError::Stopped);
+        }
+        self.pause = match verdict {
+            Verdict::Absent => (self.pause * 2).min(LONGEST_PAUSE),
+            _ => PAUSE,
+        };
+        Ok(())
+    }
+
+    fn is_over(&self, verdict: Verdict, lasted: Duration) -> bool {
+        let out_of_patience = match self.patience {
+            Patience::Endless => false,
+            Patience::AtMost(limit) => self.started.elapsed() >= limit,
+        };
+        out_of_patience
+            || match verdict {
+                Verdict::Absent => false,
+                Verdict::Again | Verdict::Heal => lasted >= STUCK_AFTER,
+                Verdict::Crowded => lasted >= CROWDED_AFTER,
+                Verdict::Different => lasted >= DIFFERENT_AFTER,
+                Verdict::Hopeless => true,
+            }
+    }
+
+    fn give_up<E: Judge>(&self, verdict: Verdict, error: &E) -> BusError {
+        let (topic, reason) = (self.topic.to_owned(), format!("{error:?}"));
+        match verdict {
+            Verdict::Absent => BusError::Absent { topic, waited: self.started.elapsed() },
+            Verdict::Crowded => BusError::Crowded { topic, reason },
+            Verdict::Different => BusError::Different { topic, reason, both: String::new() },
+            Verdict::Again | Verdict::Heal | Verdict::Hopeless => {
+                BusError::Stuck { topic, reason, waited: self.started.elapsed() }
+            }
+        }
+    }
+}
+
+/// Why a role could not come onto the bus.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum BusError {
+    /// The domain or a name in it cannot be used.
+    Domain(DomainError),
+    /// A quality of service that is not possible.
+    Qos(QosError),
+    /// The role was asked to stop while it started.
+    Stopped,
+    /// A topic did not come in time.
+    Absent {
+        /// The topic.
+        topic: String,
+        /// How long it was waited for.
+        waited: Duration,
+    },
+    /// Another role of this name runs.
+    Taken {
+        /// "camera" or "detector".
+        role: &'static str,
+        /// The name of both.
+        name: String,
+        /// The domain of both.
+        domain: String,
+    },
+    /// All places of a topic are taken by living processes.
+    Crowded {
+        /// The topic.
+        topic: String,
+        /// iceoryx2's word for what there is too much of.
+        reason: String,
+    },
+    /// A topic runs with other settings than this program needs.
+    Different {
+        /// The topic.
+        topic: String,
+        /// iceoryx2's word for what differs.
+        reason: String,
+        /// Both sides and who holds the topic.
+        both: String,
+    },
+    /// Something is broken and stays so.
+    Stuck {
+        /// The topic or role.
+        topic: String,
+        /// iceoryx2's word for it.
+        reason: String,
+        /// How long it was tried.
+        waited: Duration,
+    },
+}
+
+impl From<DomainError> for BusError {
+    fn from(error: DomainError) -> Self {
+        Self::Domain(error)
+    }
+}
+
+impl From<QosError> for BusError {
+    fn from(error: QosError) -> Self {
+        Self::Qos(error)
+    }
+}
+
+impl fmt::Display for BusError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Domain(error) => error.fmt(f),
+            Self::Qos(error) => error.fmt(f),
+            Self::Stopped => write!(f, "stopped while starting"),
+            Self::Absent { topic, waited } => write!(
+                f,
+                "{topic} did not appear within {:.1} s: start its publisher, in the same --domain and under the same user",
+                waited.as_secs_f64()
+            ),
+            Self::Taken { role, name, domain } => write!(
+                f,
+                "a {role} named {name} is already running in domain {domain} (choose another --{role} name or stop it)"
+            ),
+            Self::Crowded { topic, reason } => write!(
+                f,
+                "all places of {topic} are taken by running processes ({reason}): stop one that is not needed"
+            ),
+            Self::Different { topic, reason, both } => write!(
+                f,
+                "{topic} runs with other settings ({reason}){both}: stop those processes, or use another --domain"
+            ),
+            Self::Stuck { topic, reason, waited } => write!(
+                f,
+                "{topic} cannot be opened ({reason}, tried for {:.1} s): if nothing else runs in this domain, report this",
+                waited.as_secs_f64()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for BusError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Domain(error) => Some(error),
+            Self::Qos(error) => Some(error),
+            _ => None,
+        }
+    }
+}

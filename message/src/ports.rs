@@ -1,0 +1,357 @@
+//! Topics opened or made, as the pairs of ports that roles work with.
+//!
+//! A topic with an event is a publish-subscribe service and an event service of one name: send first, then notify.
+//! Ports are dropped before their services and those before the node, in the order of the fields: what is left is then
+//! removed by whoever is last.
+
+use std::fmt::Debug;
+
+use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::{Notifier, NotifierNotifyError};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::port::{ReceiveError, SendError};
+use iceoryx2::prelude::{
+    BackpressureStrategy, EventId, MessagingPattern, Service, ServiceName, ZeroCopySend,
+};
+use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::event::PortFactory as EventService;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory as DataService;
+
+use crate::bus::{Bus, BusError, Part, Patience};
+use crate::detection::{DetectionsHeader, TagDetection};
+use crate::frame::FrameHeader;
+use crate::info::CameraInfo;
+use crate::qos::{self, Reserved, TopicQos};
+use crate::topics;
+
+/// States a quality of service on one of iceoryx2's builders, whose types differ with payload and header.
+macro_rules! with_qos {
+    ($builder:expr, $qos:expr) => {
+        $builder
+            .max_publishers(1)
+            .max_nodes(qos::MAX_NODES)
+            .max_subscribers($qos.subscribers)
+            .subscriber_max_buffer_size($qos.buffer)
+            .subscriber_max_borrowed_samples($qos.borrowed)
+            .history_size($qos.history)
+            .enable_safe_overflow(true)
+    };
+}
+
+/// A topic of slices of `T` with a header `H`, seen from its one publisher.
+#[derive(Debug)]
+pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Default + ZeroCopySend + 'static>
+{
+    publisher: Publisher<S, [T], H>,
+    notifier: Notifier<S>,
+    _services: (DataService<S, [T], H>, EventService<S>),
+    reserved: Reserved,
+    bus: Bus<S>,
+}
+
+/// A topic of slices of `T` with a header `H`, seen from one of its subscribers.
+#[derive(Debug)]
+pub struct Input<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
+    subscriber: Subscriber<S, [T], H>,
+    listener: Listener<S>,
+    _services: (DataService<S, [T], H>, EventService<S>),
+    bus: Bus<S>,
+}
+
+/// The frames topic of a camera.
+pub type FramesOut<S> = Output<S, u8, FrameHeader>;
+/// The frames topic of a detector or viewer.
+pub type FramesIn<S> = Input<S, u8, FrameHeader>;
+/// The detections topic of a detector.
+pub type DetectionsOut<S> = Output<S, TagDetection, DetectionsHeader>;
+/// The detections topic of a client.
+pub type DetectionsIn<S> = Input<S, TagDetection, DetectionsHeader>;
+
+impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Output<S, T, H> {
+    /// Where messages are loaned.
+    #[must_use]
+    pub fn publisher(&self) -> &Publisher<S, [T], H> {
+        &self.publisher
+    }
+
+    /// Wakes every subscriber that waits. To be called after sending.
+    pub fn notify(&self) -> Result<usize, NotifierNotifyError> {
+        self.notifier.notify()
+    }
+
+    /// Memory that the publisher has reserved.
+    #[must_use]
+    pub fn reserved(&self) -> Reserved {
+        self.reserved
+    }
+
+    /// The place on the bus that the topic was made from.
+    #[must_use]
+    pub fn bus(&self) -> &Bus<S> {
+        &self.bus
+    }
+}
+
+impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H> {
+    /// The next message in the queue, without waiting.
+    pub fn receive(&self) -> Result<Option<Sample<S, [T], H>>, ReceiveError> {
+        self.subscriber.receive()
+    }
+
+    /// The newest message in the queue, without waiting; older ones are given back.
+    pub fn newest(&self) -> Result<Option<Sample<S, [T], H>>, ReceiveError> {
+        let mut newest = None;
+        while let Some(sample) = self.subscriber.receive()? {
+            newest = Some(sample);
+        }
+        Ok(newest)
+    }
+
+    /// What wakes when a message was sent.
+    #[must_use]
+    pub fn listener(&self) -> &Listener<S> {
+        &self.listener
+    }
+
+    /// The place on the bus that the topic was opened from.
+    #[must_use]
+    pub fn bus(&self) -> &Bus<S> {
+        &self.bus
+    }
+}
+
+/// The info topic of a camera. It has no event: whoever wants to know looks.
+#[derive(Debug)]
+pub struct InfoOut<S: Service> {
+    publisher: Publisher<S, CameraInfo, ()>,
+    _service: DataService<S, CameraInfo, ()>,
+    _bus: Bus<S>,
+}
+
+impl<S: Service> InfoOut<S> {
+    /// Publishes a change.
+    pub fn publish(&self, info: &CameraInfo) -> Result<usize, SendError> {
+        self.publisher.send_copy(*info)
+    }
+
+    /// Hands the last information to subscribers that came after it. To be called about once a second.
+    pub fn greet_late_subscribers(&self) {
+        // A subscriber that cannot be reached is dying or gone; it is tried again with the next call.
+        let _ = self.publisher.update_connections();
+    }
+}
+
+/// The info topic of anybody else.
+#[derive(Debug)]
+pub struct InfoIn<S: Service> {
+    subscriber: Subscriber<S, CameraInfo, ()>,
+    _service: DataService<S, CameraInfo, ()>,
+    _bus: Bus<S>,
+}
+
+impl<S: Service> InfoIn<S> {
+    /// The newest information that has come since the last call.
+    pub fn newest(&self) -> Result<Option<CameraInfo>, ReceiveError> {
+        let mut newest = None;
+        while let Some(sample) = self.subscriber.receive()? {
+            newest = Some(*sample);
+        }
+        Ok(newest)
+    }
+}
+
+impl<S: Service> Bus<S> {
+    /// Makes the frames topic of a camera with loans of at most `payload_bytes` (picture and alignment).
+    pub fn create_frames(
+        &self,
+        camera: &str,
+        qos: &TopicQos,
+        payload_bytes: usize,
+    ) -> Result<FramesOut<S>, BusError> {
+        let topic = topics::frames(camera)?;
+        let reserved = Reserved::frames(qos, payload_bytes);
+        self.output(&topic, qos, payload_bytes, reserved)
+            .map_err(|error| self.name_the_other(error, "camera", camera))
+    }
+
+    /// Makes the detections topic of a detector with messages of at most `max_tags` tags.
+    pub fn create_detections(
+        &self,
+        camera: &str,
+        detector: &str,
+        max_tags: usize,
+    ) -> Result<DetectionsOut<S>, BusError> {
+        let topic = topics::detections(camera, detector)?;
+        let max_tags = qos::check_max_tags(max_tags)?;
+        self.output(&topic, &qos::DETECTIONS, max_tags, Reserved::detections(max_tags))
+            .map_err(|error| self.name_the_other(error, "detector", detector))
+    }
+
+    /// Opens a camera's frames topic, with a queue of `buffer` frames.
+    pub fn open_frames(
+        &self,
+        camera: &str,
+        buffer: usize,
+        patience: Patience,
+    ) -> Result<FramesIn<S>, BusError> {
+        self.input(&topics::frames(camera)?, buffer, patience)
+    }
+
+    /// Opens a detector's detections topic, with the longest queue there is.
+    pub fn open_detections(
+        &self,
+        camera: &str,
+        detector: &str,
+        patience: Patience,
+    ) -> Result<DetectionsIn<S>, BusError> {
+        self.input(&topics::detections(camera, detector)?, qos::DETECTIONS.buffer, patience)
+    }
+
+    /// Makes the info topic of a camera.
+    pub fn create_info(&self, camera: &str) -> Result<InfoOut<S>, BusError> {
+        let topic = topics::info(camera)?;
+        let name = service_name(&topic)?;
+        let service = self.persist(&topic, Part::Producer, Patience::Endless, || {
+            let builder = self.node().service_builder(&name).publish_subscribe::<CameraInfo>();
+            with_qos!(builder, qos::INFO).open_or_create()
+        });
+        let service = service.map_err(|error| self.explain(error, &name, &qos::INFO))?;
+        let publisher = self
+            .persist(&topic, Part::Producer, Patience::Endless, || {
+                service
+                    .publisher_builder()
+                    .max_loaned_samples(qos::INFO.loans)
+                    .backpressure_strategy(BackpressureStrategy::DiscardData)
+                    .create()
+            })
+            .map_err(|error| self.name_the_other(error, "camera", camera))?;
+        Ok(InfoOut { publisher, _service: service, _bus: self.clone() })
+    }
+
+    /// Opens a camera's info topic.
+    pub fn open_info(&self, camera: &str, patience: Patience) -> Result<InfoIn<S>, BusError> {
+        let topic = topics::info(camera)?;
+        let name = service_name(&topic)?;
+        let service = self.persist(&topic, Part::Consumer, patience, || {
+            self.node().service_builder(&name).publish_subscribe::<CameraInfo>().open()
+        })?;
+        let subscriber =
+            self.persist(&topic, Part::Consumer, patience, || service.subscriber_builder().create())?;
+        Ok(InfoIn { subscriber, _service: service, _bus: self.clone() })
+    }
+
+    fn output<T, H>(
+        &self,
+        topic: &str,
+        qos: &TopicQos,
+        slice_len: usize,
+        reserved: Reserved,
+    ) -> Result<Output<S, T, H>, BusError>
+    where
+        T: Debug + ZeroCopySend,
+        H: Debug + Default + ZeroCopySend,
+    {
+        let name = service_name(topic)?;
+        let produce = Part::Producer;
+        let data = self
+            .persist(topic, produce, Patience::Endless, || {
+                let builder =
+                    self.node().service_builder(&name).publish_subscribe::<[T]>().user_header::<H>();
+                with_qos!(builder, *qos).open_or_create()
+            })
+            .map_err(|error| self.explain(error, &name, qos))?;
+        let events = self.persist(topic, produce, Patience::Endless, || {
+            self.node()
+                .service_builder(&name)
+                .event()
+                .max_nodes(qos::MAX_NODES)
+                .max_listeners(qos::MAX_LISTENERS)
+                .max_notifiers(qos::MAX_NOTIFIERS)
+                .event_id_max_value(qos::EVENT_MAX)
+                .notifier_created_event(EventId::new(qos::EVENT_PRODUCER_CAME))
+                .notifier_dropped_event(EventId::new(qos::EVENT_PRODUCER_WENT))
+                .notifier_dead_event(EventId::new(qos::EVENT_PRODUCER_DIED))
+                .open_or_create()
+        })?;
+        let publisher = self.persist(topic, produce, Patience::Endless, || {
+            data.publisher_builder()
+                .initial_max_slice_len(slice_len)
+                .max_loaned_samples(qos.loans)
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .create()
+        })?;
+        let notifier = self.persist(topic, produce, Patience::Endless, || {
+            events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
+        })?;
+        Ok(Output { publisher, notifier, _services: (data, events), reserved, bus: self.clone() })
+    }
+
+    fn input<T, H>(&self, topic: &str, buffer: usize, patience: Patience) -> Result<Input<S, T, H>, BusError>
+    where
+        T: Debug + ZeroCopySend,
+        H: Debug + ZeroCopySend,
+    {
+        let name = service_name(topic)?;
+        let consume = Part::Consumer;
+        let data = self.persist(topic, consume, patience, || {
+            self.node().service_builder(&name).publish_subscribe::<[T]>().user_header::<H>().open()
+        })?;
+        let events =
+            self.persist(topic, consume, patience, || self.node().service_builder(&name).event().open())?;
+        let subscriber = self
+            .persist(topic, consume, patience, || data.subscriber_builder().buffer_size(buffer).create())?;
+        let listener = self.persist(topic, consume, patience, || events.listener_builder().create())?;
+        Ok(Input { subscriber, listener, _services: (data, events), bus: self.clone() })
+    }
+
+    /// The place of the one publisher is taken: by whom, in words that help.
+    fn name_the_other(&self, error: BusError, role: &'static str, name: &str) -> BusError {
+        match error {
+            BusError::Crowded { reason, .. } if reason.contains("Publishers") => {
+                BusError::Taken { role, name: name.to_owned(), domain: self.domain().name().to_owned() }
+            }
+            other => other,
+        }
+    }
+
+    /// Adds both sides of a difference, and who holds the topic.
+    fn explain(&self, error: BusError, name: &ServiceName, wanted: &TopicQos) -> BusError {
+        let BusError::Different { topic, reason, .. } = error else { return error };
+        let both = format!("; here: {}{}", wanted.arithmetic(), self.other_side(name).unwrap_or_default());
+        BusError::Different { topic, reason, both }
+    }
+
+    fn other_side(&self, name: &ServiceName) -> Option<String> {
+        let pattern = MessagingPattern::PublishSubscribe;
+        let details = S::details(name, self.node().config(), pattern).ok()??;
+        let there = details.static_details.publish_subscribe();
+        let holders: Vec<_> = details.dynamic_details.iter().flat_map(|dynamic| &dynamic.nodes).collect();
+        let holders: Vec<_> = holders.into_iter().filter_map(describe_node).collect();
+        Some(format!(
+            "; there: {} subscribers x ({} buffered + {} borrowed) + {} history of {}; held by {}",
+            there.max_subscribers(),
+            there.subscriber_max_buffer_size(),
+            there.subscriber_max_borrowed_samples(),
+            there.history_size(),
+            there.message_type_details().payload.type_name(),
+            if holders.is_empty() { "nobody alive".to_owned() } else { holders.join(", ") },
+        ))
+    }
+}
+
+fn describe_node<S: Service>(node: &NodeState<S>) -> Option<String> {
+    let NodeState::Alive(node) = node else { return None };
+    let details = node.details().as_ref()?;
+    Some(format!("{} (process {})", details.name(), details.process_id().value()))
+}
+
+fn service_name(topic: &str) -> Result<ServiceName, BusError> {
+    ServiceName::new(topic).map_err(|error| BusError::Stuck {
+        topic: topic.to_owned(),
+        reason: format!("{error:?}"),
+        waited: std::time::Duration::ZERO,
+    })
+}
