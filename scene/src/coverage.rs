@@ -57,7 +57,7 @@ impl Coverage {
         let stride = self.window.width + 1;
         let start = (y - self.window.top) * stride;
         self.changes[start..start + self.window.width].iter().scan([0.0; 2], |sum, change| {
-            *sum = [sum[0] + change[0], sum[1] + change[1]];
+            add_to(sum, *change, 1.0);
             Some(*sum)
         })
     }
@@ -111,11 +111,13 @@ impl Coverage {
     fn add_in_pixel(&mut self, row: usize, column: usize, middle: f64, height: f64, weight: Layers) {
         let at = row * (self.window.width + 1) + column;
         let (here, after) = ((height * (1.0 - middle)) as f32, (height * middle) as f32);
-        for layer in 0..2 {
-            self.changes[at][layer] += weight[layer] * here;
-            self.changes[at + 1][layer] += weight[layer] * after;
-        }
+        add_to(&mut self.changes[at], weight, here);
+        add_to(&mut self.changes[at + 1], weight, after);
     }
+}
+
+fn add_to(sum: &mut Layers, weight: Layers, share: f32) {
+    *sum = [sum[0] + weight[0] * share, sum[1] + weight[1] * share];
 }
 
 /// 1 for a polygon that goes round left edge down, right edge up (counter-clockwise as seen in the picture), else -1.

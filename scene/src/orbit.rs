@@ -39,9 +39,8 @@ impl Region {
 
     /// At least `count` equal parts, in the rows and columns that leave the most room to each.
     fn grid(&self, count: usize) -> Vec<Region> {
-        let side = |columns: usize| {
-            (self.width / columns as f64).min(self.height / count.div_ceil(columns) as f64)
-        };
+        let side =
+            |columns: usize| (self.width / columns as f64).min(self.height / count.div_ceil(columns) as f64);
         let columns = (1..=count).max_by(|&a, &b| side(a).total_cmp(&side(b))).unwrap_or(1);
         let (width, height) = (self.width / columns as f64, self.height / count.div_ceil(columns) as f64);
         let part = |index: usize| Region {
@@ -160,7 +159,10 @@ impl Orbit {
         let [x, y] = self.region.middle();
         let radius = self.largest_radius_px() * size / Orbit::FILL;
         let room = |length: f64| length / 2.0 - radius;
-        [x + room(self.region.width) * self.across.at(round), y + room(self.region.height) * self.down.at(round)]
+        [
+            x + room(self.region.width) * self.across.at(round),
+            y + room(self.region.height) * self.down.at(round),
+        ]
     }
 
     fn turn(&self, round: f64) -> Turn {
@@ -183,11 +185,103 @@ impl Orbit {
     /// Pixels of half a border edge when the tag is nearest: what reaches out farthest, a corner of the print coming
     /// nearer by the tilt, still keeps within the largest radius.
     fn unit_px(&self, camera: &Camera) -> f64 {
-        let (sine, cosine) = sine_cosine(self.limits.swing_rad.map_or(FRAC_PI_4, |swing| swing.min(FRAC_PI_4)));
+        let (sine, cosine) =
+            sine_cosine(self.limits.swing_rad.map_or(FRAC_PI_4, |swing| swing.min(FRAC_PI_4)));
         let reach = self.print_radius * (sine + cosine);
         let corner = self.print_radius * std::f64::consts::SQRT_2;
         let (tilt, _) = sine_cosine(self.limits.tilt_rad);
         let largest = self.largest_radius_px();
         largest / (reach + largest * corner * tilt / camera.focal_px)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::homography::project;
+    use tagbus_family::Family;
+
+    fn single(name: &str) -> Tag {
+        Tag::new(&Family::published(name).unwrap(), 0).unwrap()
+    }
+
+    fn nest() -> Tag {
+        single("tagCustom48h12").nest(single("tagStandard41h12")).unwrap()
+    }
+
+    fn print_corners(tag: &Tag, homography: &Homography) -> [Point; 4] {
+        let radius = tag.print_radius();
+        [[-radius, -radius], [radius, -radius], [radius, radius], [-radius, radius]]
+            .map(|corner| project(homography, corner))
+    }
+
+    fn contains(region: &Region, [x, y]: Point) -> bool {
+        (region.left..=region.left + region.width).contains(&x)
+            && (region.top..=region.top + region.height).contains(&y)
+    }
+
+    fn overlap(a: &Region, b: &Region) -> bool {
+        const ROUNDING: f64 = 1e-6;
+        a.left + a.width > b.left + ROUNDING
+            && b.left + b.width > a.left + ROUNDING
+            && a.top + a.height > b.top + ROUNDING
+            && b.top + b.height > a.top + ROUNDING
+    }
+
+    #[test]
+    fn every_print_stays_in_its_region_on_its_whole_way() {
+        let mut stream = Stream::new(61);
+        for case in 0..60 {
+            let size = [16 + stream.below(2000) as usize, 16 + stream.below(2000) as usize];
+            let tags: Vec<Tag> = (0..1 + stream.below(9))
+                .map(|_| match stream.below(10) {
+                    9 => nest(),
+                    index => single(Family::PUBLISHED[index as usize]),
+                })
+                .collect();
+            let camera = Camera::with_field_of_view(size[0], size[1], TAU / 6.0);
+            for (tag, region) in tags.iter().zip(regions_for(&tags, size[0], size[1])) {
+                let orbit = Orbit::new(tag, region, &mut stream);
+                for step in 0..300 {
+                    let corners = print_corners(tag, &orbit.homography(&camera, f64::from(step) / 300.0));
+                    let inside = corners.iter().all(|&corner| contains(&region, corner));
+                    assert!(inside, "case {case}, step {step}, {size:?}: {corners:?} in {region:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn regions_do_not_overlap_and_nests_get_more_room() {
+        for count in 1..12 {
+            let mut tags: Vec<Tag> = (0..count).map(|_| single("tag16h5")).collect();
+            tags.insert(count / 2, nest());
+            let regions = regions_for(&tags, 640, 480);
+            assert_eq!(regions.len(), tags.len());
+            for (index, region) in regions.iter().enumerate() {
+                assert!(regions[..index].iter().all(|other| !overlap(region, other)));
+            }
+            assert!(regions[count / 2].width > 0.5 * 640.0);
+        }
+        assert!(regions_for(&[], 640, 480).is_empty());
+    }
+
+    #[test]
+    fn after_a_round_a_tag_is_back_and_in_between_it_moves_smoothly() {
+        let camera = Camera::with_field_of_view(640, 480, TAU / 6.0);
+        let tag = single("tag36h11");
+        let region = Region { left: 0.0, top: 0.0, width: 200.0, height: 160.0 };
+        let orbit = Orbit::new(&tag, region, &mut Stream::new(62));
+        let at = |round: f64| print_corners(&tag, &orbit.homography(&camera, round));
+        let farthest = |a: [Point; 4], b: [Point; 4]| {
+            let distances = a.iter().zip(&b).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+            distances.fold(0.0, f64::max)
+        };
+        assert!(farthest(at(0.0), at(1.0)) < 1e-6);
+        assert!(farthest(at(0.0), at(0.5)) > 5.0);
+        for step in 0..2400 {
+            let round = f64::from(step) / 2400.0;
+            assert!(farthest(at(round), at(round + 1.0 / 2400.0)) < 3.0, "jump at {round}");
+        }
     }
 }

@@ -147,7 +147,7 @@ mod tests {
             let homography = homography_of(&layout, &view);
             let photo = Photo { width: 400, height: 400, ..Photo::default() };
             let bytes = photograph(&photo, &[Placement::new(tag.clone(), homography)]);
-            let to_pixels = tag.from_cells(&homography);
+            let to_pixels = tag.cells_to_pixels(&homography);
             for (x, y) in (0..layout.total_width() as i64).flat_map(|y| (0..y).map(move |x| (x, y))) {
                 let [px, py] = project(&to_pixels, [x as f64 + 0.5, y as f64 + 0.5]);
                 let expected = match tag.paint_at(x, y) {

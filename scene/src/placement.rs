@@ -99,7 +99,7 @@ impl Print<'_> {
         let (mut tag, mut homography) = (self.tag, self.homography);
         cover_cells(tag, &homography, bare, sense, coverage);
         while let Some(inner) = tag.inner() {
-            homography = tag.into_hole(inner, &homography);
+            homography = tag.homography_in_hole(inner, &homography);
             tag = inner;
             cover_cells(tag, &homography, bare, sense, coverage);
         }
@@ -119,7 +119,7 @@ impl Print<'_> {
 
 /// Adds the edges between cells of different paint. `bare` is what already lies where nothing is printed.
 fn cover_cells(tag: &Tag, homography: &Homography, bare: Layers, sense: f32, coverage: &mut Coverage) {
-    let to_pixels = tag.from_cells(homography);
+    let to_pixels = tag.cells_to_pixels(homography);
     let corner_at = |x: i64, y: i64| project(&to_pixels, [x as f64, y as f64]);
     let share_at = |x: i64, y: i64| match tag.paint_at(x, y) {
         Paint::White => [1.0, 0.0],

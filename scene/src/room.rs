@@ -30,13 +30,8 @@ pub(crate) fn paint_room(frame: Window, seed: u64) -> Canvas {
 
 /// Adds the structure of surfaces, so that nothing in the room is of one grey.
 fn add_texture(canvas: &mut Canvas, seed: u64) {
-    let window = canvas.window;
-    let clouds = Clouds::new(seed, window.height as f32 / 4.0);
-    for y in window.rows() {
-        for (x, pixel) in canvas.row_mut(y, window.columns()).iter_mut().enumerate() {
-            *pixel = (*pixel + TEXTURE_AMPLITUDE * clouds.at(x as f32, y as f32)).clamp(0.0, 255.0);
-        }
-    }
+    Clouds::new(seed, canvas.window.height as f32 / 4.0).add_to(canvas, TEXTURE_AMPLITUDE);
+    canvas.pixels.iter_mut().for_each(|pixel| *pixel = pixel.clamp(0.0, 255.0));
 }
 
 /// A canvas on which positions are shares of the picture's width and height.
@@ -52,7 +47,10 @@ impl Painter {
         self.fill(&[[0.0, HORIZON], [0.0, 1.0], [1.0, 1.0], [1.0, HORIZON]], FLOOR_LEVEL);
         for joint in -6..=6 {
             let (far, near) = (0.5 + 0.06 * f64::from(joint), 0.5 + 0.19 * f64::from(joint));
-            self.fill(&[[far - 0.001, HORIZON], [near - 0.003, 1.0], [near + 0.003, 1.0], [far, HORIZON]], 60.0);
+            self.fill(
+                &[[far - 0.001, HORIZON], [near - 0.003, 1.0], [near + 0.003, 1.0], [far, HORIZON]],
+                60.0,
+            );
         }
         self.fill(&[[0.0, HORIZON - 0.02], [0.0, HORIZON], [1.0, HORIZON], [1.0, HORIZON - 0.02]], 190.0);
     }
@@ -77,7 +75,10 @@ impl Painter {
             let (right, top) = (left + width, foot - height);
             let (front, lid) = (self.level(40.0, 140.0), self.level(140.0, 210.0));
             self.fill(&[[left, top], [left, foot], [right, foot], [right, top]], front);
-            self.fill(&[[left, top], [right, top], [right + 0.03, top - 0.03], [left + 0.03, top - 0.03]], lid);
+            self.fill(
+                &[[left, top], [right, top], [right + 0.03, top - 0.03], [left + 0.03, top - 0.03]],
+                lid,
+            );
         }
     }
 

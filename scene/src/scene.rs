@@ -3,17 +3,17 @@
 use crate::blur::{Blur, BlurScratch};
 use crate::camera::Camera;
 use crate::canvas::{Canvas, Window};
+use crate::cast::{Actor, cast};
+use crate::config::{SceneConfig, SceneError};
 use crate::coverage::Coverage;
 use crate::elementary::sine_of_turns;
 use crate::exposure::{Exposure, Light};
-use crate::orbit::{Orbit, regions_for};
 use crate::placement::{Paper, Print};
-use crate::random::{Normals, Stream, key_for};
+use crate::random::{Normals, key_for};
 use crate::room::paint_room;
-use crate::tag::{Tag, TagError, TrueTag};
+use crate::tag::TrueTag;
 use std::f64::consts::TAU;
 use std::fmt;
-use tagbus_family::{Family, UnknownFamily};
 
 /// After this many seconds every tag is back where it started.
 const ROUND_S: f64 = 24.0;
@@ -23,86 +23,6 @@ const FIELD_OF_VIEW_RAD: f64 = TAU / 6.0;
 const BLUR_SIGMA: f32 = 0.6;
 /// Standard deviation of the noise in grey levels.
 const NOISE_SIGMA: f32 = 2.0;
-/// The smallest and the largest width and height.
-const SIZES: std::ops::RangeInclusive<usize> = 16..=16_384;
-
-/// What a scene shows, and how.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SceneConfig {
-    /// Width in pixels, 16..=16384. Default 640.
-    pub width: usize,
-    /// Height in pixels, 16..=16384. Default 480.
-    pub height: usize,
-    /// Frames a second. Tags move by the second, so a higher rate means smaller steps. Default 30.
-    pub framerate: f64,
-    /// Chooses the room, the ids and the ways of the tags. Default 1.
-    pub seed: u64,
-    /// One tag for each entry: the name of a published family, or several names joined by `/` for tags nested in each
-    /// other, the outermost first. Default: two tag36h11, a tagStandard41h12, a tag25h9, a tagCircle21h7, and
-    /// `tagCustom48h12/tagStandard41h12`.
-    pub families: Vec<String>,
-}
-
-impl Default for SceneConfig {
-    fn default() -> SceneConfig {
-        let families = [
-            "tagCustom48h12/tagStandard41h12",
-            "tag36h11",
-            "tagStandard41h12",
-            "tag25h9",
-            "tagCircle21h7",
-            "tag36h11",
-        ];
-        let families = families.map(str::to_owned).to_vec();
-        SceneConfig { width: 640, height: 480, framerate: 30.0, seed: 1, families }
-    }
-}
-
-/// Why a scene cannot be made.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// Width or height is out of range.
-    Size {
-        /// The width asked for, in pixels.
-        width: usize,
-        /// The height asked for, in pixels.
-        height: usize,
-    },
-    /// The frame rate is not a positive number.
-    Framerate(f64),
-    /// A family does not exist.
-    Family(UnknownFamily),
-    /// Tags cannot be nested that way.
-    Nest(TagError),
-}
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        let (least, most) = (SIZES.start(), SIZES.end());
-        match self {
-            SceneError::Size { width, height } => {
-                write!(formatter, "a scene of {width}x{height} pixels: width and height go from {least} to {most}")
-            }
-            SceneError::Framerate(framerate) => {
-                write!(formatter, "a scene with {framerate} frames a second: give a positive number such as 30")
-            }
-            SceneError::Family(unknown) => unknown.fmt(formatter),
-            SceneError::Nest(refused) => refused.fmt(formatter),
-        }
-    }
-}
-
-impl std::error::Error for SceneError {}
-
-/// A tag with its way through the picture.
-struct Actor {
-    tag: Tag,
-    orbit: Orbit,
-    black: f32,
-    white: f32,
-}
-
 /// Memory that rendering needs. Kept from one frame to the next, it spares every allocation after the first ones.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
@@ -139,7 +59,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`], when a size, the frame rate or a family is not what [`SceneConfig`] says.
     pub fn new(config: SceneConfig) -> Result<Scene, SceneError> {
-        check(&config)?;
+        config.check()?;
         let (width, height) = (config.width, config.height);
         let frame = Window::whole(width, height);
         let blur = Blur::new(BLUR_SIGMA);
@@ -177,7 +97,13 @@ impl Scene {
     /// # Panics
     /// When `luma` has another length than `width * height`.
     pub fn render_with(&self, frame: u64, scratch: &mut Scratch, luma: &mut [u8]) {
-        assert_eq!(luma.len(), self.sharp_room.len(), "a frame has {}x{} bytes", self.frame.width, self.frame.height);
+        assert_eq!(
+            luma.len(),
+            self.sharp_room.len(),
+            "a frame has {}x{} bytes",
+            self.frame.width,
+            self.frame.height
+        );
         let round = self.round_at(frame);
         let exposure = Exposure {
             light: light_at(round),
@@ -196,7 +122,8 @@ impl Scene {
     pub fn truth(&self, frame: u64) -> Vec<TrueTag> {
         let round = self.round_at(frame);
         let (width, height) = (self.frame.width, self.frame.height);
-        let truth_of = |actor: &Actor| actor.tag.truth(&actor.orbit.homography(&self.camera, round), width, height);
+        let truth_of =
+            |actor: &Actor| actor.tag.truth(&actor.orbit.homography(&self.camera, round), width, height);
         self.actors.iter().flat_map(truth_of).collect()
     }
 
@@ -254,57 +181,6 @@ impl Scene {
     }
 }
 
-fn check(config: &SceneConfig) -> Result<(), SceneError> {
-    let SceneConfig { width, height, framerate, .. } = *config;
-    if !SIZES.contains(&width) || !SIZES.contains(&height) {
-        return Err(SceneError::Size { width, height });
-    }
-    if !framerate.is_finite() || framerate <= 0.0 {
-        return Err(SceneError::Framerate(framerate));
-    }
-    Ok(())
-}
-
-/// Chooses the tags and gives each its region, its way and its grey levels.
-fn cast(config: &SceneConfig) -> Result<Vec<Actor>, SceneError> {
-    let mut stream = Stream::new(key_for(config.seed, 3));
-    let mut taken = Vec::new();
-    let tags = config.families.iter().map(|names| choose_tag(names, &mut stream, &mut taken));
-    let tags = tags.collect::<Result<Vec<Tag>, SceneError>>()?;
-    let regions = regions_for(&tags, config.width, config.height);
-    let actors = tags.into_iter().zip(regions).map(|(tag, region)| Actor {
-        orbit: Orbit::new(&tag, region, &mut stream),
-        tag,
-        black: stream.between(25.0, 45.0) as f32,
-        white: stream.between(195.0, 220.0) as f32,
-    });
-    Ok(actors.collect())
-}
-
-/// A tag of the family named, or a nest of tags when there are several names.
-fn choose_tag(names: &str, stream: &mut Stream, taken: &mut Vec<(String, u32)>) -> Result<Tag, SceneError> {
-    let (outer, inner) = match names.split_once('/') {
-        Some((outer, inner)) => (outer, Some(inner)),
-        None => (names, None),
-    };
-    let family = Family::published(outer.trim()).map_err(SceneError::Family)?;
-    let tag = Tag::new(&family, choose_id(&family, stream, taken)).map_err(SceneError::Nest)?;
-    match inner {
-        Some(inner) => tag.nest(choose_tag(inner, stream, taken)?).map_err(SceneError::Nest),
-        None => Ok(tag),
-    }
-}
-
-/// A random id that no other tag of the family has, as long as there are enough.
-fn choose_id(family: &Family, stream: &mut Stream, taken: &mut Vec<(String, u32)>) -> u32 {
-    let count = family.codes().len() as u32;
-    let first = stream.below(u64::from(count)) as u32;
-    let is_free = |id: &u32| !taken.iter().any(|(name, other)| name == family.name() && other == id);
-    let id = (0..count).map(|step| (first + step) % count).find(is_free).unwrap_or(first);
-    taken.push((family.name().to_owned(), id));
-    id
-}
-
 /// The light changes slowly, in strength and in direction.
 fn light_at(round: f64) -> Light {
     Light {
@@ -317,4 +193,104 @@ fn light_at(round: f64) -> Light {
 /// Grey levels, rounded.
 fn in_bytes(canvas: &Canvas) -> Vec<u8> {
     canvas.pixels.iter().map(|&level| (level + 0.5) as u8).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::homography::project;
+    use tagbus_family::{Border, Family};
+
+    fn scene(width: usize, height: usize, seed: u64) -> Scene {
+        Scene::new(SceneConfig { width, height, seed, ..SceneConfig::default() }).unwrap()
+    }
+
+    fn rendered(scene: &Scene, frame: u64) -> Vec<u8> {
+        let mut luma = vec![0; scene.config().width * scene.config().height];
+        scene.render(frame, &mut luma);
+        luma
+    }
+
+    /// FNV-1a, 64 bits.
+    fn hash(bytes: &[u8]) -> u64 {
+        bytes
+            .iter()
+            .fold(0xCBF2_9CE4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3))
+    }
+
+    #[test]
+    fn a_frame_has_the_same_bytes_on_every_machine() {
+        const PINNED: u64 = 8_207_133_061_601_489_265;
+        assert_eq!(hash(&rendered(&scene(160, 120, 1), 1000)), PINNED);
+    }
+
+    #[test]
+    fn frames_follow_from_seed_and_number_alone() {
+        let [one, same, other] = [1, 1, 2].map(|seed| scene(160, 120, seed));
+        let mut scratch = Scratch::default();
+        let mut luma = vec![0; 160 * 120];
+        for frame in [7, 3, 7, u64::MAX] {
+            one.render_with(frame, &mut scratch, &mut luma);
+            assert_eq!(luma, rendered(&same, frame));
+        }
+        assert_ne!(rendered(&one, 7), rendered(&other, 7));
+        assert_ne!(rendered(&one, 7), rendered(&one, 8));
+    }
+
+    #[test]
+    fn half_the_framerate_makes_twice_the_steps() {
+        let slow = Scene::new(SceneConfig { framerate: 15.0, ..SceneConfig::default() }).unwrap();
+        assert_eq!(slow.truth(50), scene(640, 480, 1).truth(100));
+    }
+
+    #[test]
+    fn every_tag_of_the_default_scene_is_visible_and_most_cells_have_five_pixels() {
+        let scene = scene(640, 480, 1);
+        let truth: Vec<TrueTag> = (0..72).flat_map(|step| scene.truth(10 * step)).collect();
+        assert_eq!(truth.len(), 72 * 7);
+        assert!(truth.iter().all(|tag| tag.visible && tag.cell_px > 3.5));
+        let large = truth.iter().filter(|tag| tag.cell_px >= 5.0).count();
+        assert!(large * 3 > truth.len() * 2, "{large} of {}", truth.len());
+    }
+
+    #[test]
+    fn black_and_white_cells_are_where_truth_says() {
+        let scene = scene(640, 480, 3);
+        for frame in [0, 100, 500] {
+            let luma = rendered(&scene, frame);
+            for tag in scene.truth(frame) {
+                let family = Family::published(&tag.family).unwrap();
+                let dark_ring = match family.layout().border() {
+                    Border::Normal => 1.0 - 1.0 / family.layout().width_at_border() as f64,
+                    Border::Reversed => 1.0 + 1.0 / family.layout().width_at_border() as f64,
+                };
+                let level = |radius: f64| {
+                    let [x, y] = project(&tag.homography, [-radius, 0.1]);
+                    luma[y as usize * 640 + x as usize]
+                };
+                let (dark, light) = (level(dark_ring), level(2.0 - dark_ring));
+                assert!(light > dark + 100, "{} {}: {dark} against {light}", tag.family, tag.id);
+            }
+        }
+    }
+
+    #[test]
+    fn the_room_stands_still_behind_the_noise() {
+        let scene = Scene::new(SceneConfig { families: Vec::new(), ..SceneConfig::default() }).unwrap();
+        assert!(scene.truth(5).is_empty());
+        // A round later the light is the same, so only the noise differs.
+        let (one, other) = (rendered(&scene, 0), rendered(&scene, 720));
+        let squares =
+            one.iter().zip(&other).map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2)).sum::<f64>();
+        let sigma = (squares / one.len() as f64 / 2.0).sqrt();
+        // Rounding adds a twelfth to the variance.
+        let expected = (f64::from(NOISE_SIGMA).powi(2) + 1.0 / 12.0).sqrt();
+        assert!((sigma / expected - 1.0).abs() < 0.03, "sigma {sigma}");
+    }
+
+    #[test]
+    fn the_smallest_scene_renders() {
+        assert_eq!(rendered(&scene(16, 16, 1), 5).len(), 256);
+        assert_eq!(rendered(&scene(16_384, 16, 1), 5).len(), 16_384 * 16);
+    }
 }

@@ -128,12 +128,12 @@ impl Tag {
     }
 
     /// From cells of the print, (0, 0) being the print's top-left corner, to where tag coordinates lead.
-    pub(crate) fn from_cells(&self, homography: &Homography) -> Homography {
+    pub(crate) fn cells_to_pixels(&self, homography: &Homography) -> Homography {
         after_scale_and_shift(homography, 2.0 / self.width_at_border as f64, -self.print_radius())
     }
 
     /// The homography of the inner tag when this one has the homography given.
-    pub(crate) fn into_hole(&self, inner: &Tag, homography: &Homography) -> Homography {
+    pub(crate) fn homography_in_hole(&self, inner: &Tag, homography: &Homography) -> Homography {
         let hole_radius = self.hole_width as f64 / self.width_at_border as f64;
         after_scale_and_shift(homography, hole_radius / inner.print_radius(), 0.0)
     }
@@ -142,7 +142,7 @@ impl Tag {
     pub fn truth(&self, homography: &Homography, width: usize, height: usize) -> Vec<TrueTag> {
         let mut truth = vec![self.own_truth(homography, width, height)];
         if let Some(inner) = self.inner() {
-            truth.extend(inner.truth(&self.into_hole(inner, homography), width, height));
+            truth.extend(inner.truth(&self.homography_in_hole(inner, homography), width, height));
         }
         truth
     }

@@ -31,23 +31,19 @@ impl Background {
         let (width, height) = (canvas.window.width, canvas.window.height);
         match *self {
             Background::Plain(level) => canvas.pixels.fill(level),
-            Background::Gradient { top_left, bottom_right } => fill_pixels(canvas, |x, y| {
-                let share = ((x as f32 + 0.5) / width as f32 + (y as f32 + 0.5) / height as f32) / 2.0;
-                top_left + share * (bottom_right - top_left)
-            }),
-            Background::Textured { level, amplitude } => {
-                let clouds = Clouds::new(seed, height as f32 / 3.0);
-                fill_pixels(canvas, |x, y| level + amplitude * clouds.at(x as f32, y as f32));
+            Background::Gradient { top_left, bottom_right } => {
+                let share_at = |index: usize, length: usize| (index as f32 + 0.5) / length as f32 / 2.0;
+                for (y, row) in canvas.pixels.chunks_exact_mut(width).enumerate() {
+                    for (x, pixel) in row.iter_mut().enumerate() {
+                        let share = share_at(x, width) + share_at(y, height);
+                        *pixel = top_left + share * (bottom_right - top_left);
+                    }
+                }
             }
-        }
-    }
-}
-
-fn fill_pixels(canvas: &mut Canvas, level_at: impl Fn(usize, usize) -> f32) {
-    let window = canvas.window;
-    for y in window.rows() {
-        for (pixel, x) in canvas.row_mut(y, window.columns()).iter_mut().zip(window.columns()) {
-            *pixel = level_at(x, y);
+            Background::Textured { level, amplitude } => {
+                canvas.pixels.fill(level);
+                Clouds::new(seed, height as f32 / 3.0).add_to(canvas, amplitude);
+            }
         }
     }
 }
@@ -80,32 +76,45 @@ impl Clouds {
         Clouds { octaves }
     }
 
-    /// The value at a place of the picture in pixels (neither coordinate negative), between -1 and 1.
-    pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
-        self.octaves
-            .iter()
-            .map(|&(key, spacing, weight)| weight * smooth_noise(key, x / spacing, y / spacing))
-            .sum()
+    /// Adds `amplitude` times the noise, which lies between -1 and 1, to the canvas.
+    pub(crate) fn add_to(&self, canvas: &mut Canvas, amplitude: f32) {
+        let window = canvas.window;
+        let mut heights = Vec::new();
+        for y in window.rows() {
+            let row = canvas.row_mut(y, window.columns());
+            for &(key, spacing, weight) in &self.octaves {
+                let reach = (window.width as f32 / spacing) as u64 + 2;
+                heights.clear();
+                heights.extend((0..reach).map(|column| height_at(key, column, y as f32 / spacing)));
+                add_between(&heights, spacing, amplitude * weight, row);
+            }
+        }
     }
 }
 
-/// Random heights at whole coordinates, between them a smooth blend of the four neighbours.
-fn smooth_noise(key: u64, x: f32, y: f32) -> f32 {
-    let (column, row) = (x.floor(), y.floor());
-    let (across, down) = (smooth_step(x - column), smooth_step(y - row));
-    let (column, row) = (column as u64, row as u64);
-    let mix = |a: f32, b: f32, share: f32| a + (b - a) * share;
-    let upper = mix(height_at(key, column, row), height_at(key, column + 1, row), across);
-    let lower = mix(height_at(key, column, row + 1), height_at(key, column + 1, row + 1), across);
-    mix(upper, lower, down)
+/// Adds the heights of one octave along a row, those between two lattice columns by a smooth blend.
+fn add_between(heights: &[f32], spacing: f32, amplitude: f32, row: &mut [f32]) {
+    for (x, pixel) in row.iter_mut().enumerate() {
+        let column = x as f32 / spacing;
+        let before = column as usize;
+        *pixel += amplitude * blend(heights[before], heights[before + 1], column - before as f32);
+    }
 }
 
-fn height_at(key: u64, column: u64, row: u64) -> f32 {
+/// The height of a lattice column at a place (not negative) between lattice rows.
+fn height_at(key: u64, column: u64, row: f32) -> f32 {
+    let before = row as u64;
+    blend(lattice_height(key, column, before), lattice_height(key, column, before + 1), row - before as f32)
+}
+
+/// The random height at a lattice point, between -1 and 1.
+fn lattice_height(key: u64, column: u64, row: u64) -> f32 {
     (2.0 * unit_from(number_at(key, row << 32 | column)) - 1.0) as f32
 }
 
-fn smooth_step(share: f32) -> f32 {
-    share * share * (3.0 - 2.0 * share)
+/// From one height to the next on a curve that is level at both ends.
+fn blend(from: f32, to: f32, share: f32) -> f32 {
+    from + (to - from) * share * share * (3.0 - 2.0 * share)
 }
 
 #[cfg(test)]
