@@ -95,11 +95,12 @@ pub struct DetectionsHeader {
     pub count: u32,
     /// Tags found in the frame; more than `count` when not all fit.
     pub found: u32,
-    /// Frames of this epoch that were published after the one before and were not searched.
+    /// Sequence numbers between the frame searched before and this one, within the epoch: frames that the detector
+    /// had no time for, and frames that the camera lost.
     pub skipped: u32,
     /// [`crate::info::CameraInfo::number`] that the frame named.
     pub info_number: u32,
-    /// Frames not searched since the detector's start.
+    /// Sum of `skipped` since the detector's start.
     pub skipped_total: u64,
     /// Frames whose header did not fit their bytes, since the detector's start.
     pub refused_total: u64,

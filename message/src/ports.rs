@@ -14,7 +14,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::port::{ReceiveError, SendError};
 use iceoryx2::prelude::{
-    BackpressureStrategy, EventId, MessagingPattern, Service, ServiceName, ZeroCopySend,
+    BackpressureStrategy, EventId, MessagingPattern, PortFactory, Service, ServiceName, ZeroCopySend,
 };
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::event::PortFactory as EventService;
@@ -57,7 +57,7 @@ pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Defa
 pub struct Input<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
     subscriber: Subscriber<S, [T], H>,
     listener: Listener<S>,
-    _services: (DataService<S, [T], H>, EventService<S>),
+    services: (DataService<S, [T], H>, EventService<S>),
     bus: Bus<S>,
 }
 
@@ -101,13 +101,29 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
         self.subscriber.receive()
     }
 
-    /// The newest message in the queue, without waiting; older ones are given back.
+    /// The newest message in the queue, without waiting. Older ones are given back one by one, so that never more than
+    /// one is held.
     pub fn newest(&self) -> Result<Option<Sample<S, [T], H>>, ReceiveError> {
-        let mut newest = None;
-        while let Some(sample) = self.subscriber.receive()? {
-            newest = Some(sample);
+        let mut newest = self.subscriber.receive()?;
+        while newest.is_some() && self.subscriber.has_samples().map_err(ReceiveError::ConnectionFailure)? {
+            drop(newest.take());
+            newest = self.subscriber.receive()?;
         }
         Ok(newest)
+    }
+
+    /// Whether the topic of this name is still the one that was opened. It is not when somebody removed its files by
+    /// force; then it has to be opened again. To be asked when a deadline was missed.
+    #[must_use]
+    pub fn is_current(&self) -> bool {
+        let data = &self.services.0;
+        let pattern = MessagingPattern::PublishSubscribe;
+        match S::details(data.name(), self.bus.node().config(), pattern) {
+            Ok(Some(there)) => there.static_details.unique_service_id() == data.unique_service_id(),
+            Ok(None) => false,
+            // Half made or not to be read now: the next deadline tells.
+            Err(_) => true,
+        }
     }
 
     /// What wakes when a message was sent.
@@ -304,7 +320,7 @@ impl<S: Service> Bus<S> {
         let subscriber = self
             .persist(topic, consume, patience, || data.subscriber_builder().buffer_size(buffer).create())?;
         let listener = self.persist(topic, consume, patience, || events.listener_builder().create())?;
-        Ok(Input { subscriber, listener, _services: (data, events), bus: self.clone() })
+        Ok(Input { subscriber, listener, services: (data, events), bus: self.clone() })
     }
 
     /// The place of the one publisher is taken: by whom, in words that help.

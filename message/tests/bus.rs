@@ -1,4 +1,5 @@
 //! Roles coming and going in domains of their own.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on says where")]
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};

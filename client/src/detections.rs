@@ -1,0 +1,117 @@
+//! Receiving what a detector found.
+
+use std::time::Duration;
+
+use tagbus_message::detection::{DetectionsHeader, TagDetection};
+use tagbus_message::{clock, qos};
+
+use crate::error::{ConnectError, ReceiveError};
+use crate::feed::{Feed, Message};
+use crate::options::ConnectOptions;
+
+/// The receiving end of one detector.
+///
+/// The detector may end and start again: the client goes on with its first message. A client that is slow loses the
+/// oldest messages and never delays the detector.
+pub struct Client {
+    feed: Feed<TagDetection, DetectionsHeader>,
+    refused: u64,
+}
+
+/// What was found in one frame. The tags lie in shared memory: hold at most two at once, and copy what you keep.
+#[derive(Debug)]
+pub struct Detections {
+    header: DetectionsHeader,
+    count: usize,
+    client_ns: u64,
+    message: Message<TagDetection, DetectionsHeader>,
+}
+
+impl Client {
+    /// Connects to a detector; waits for it where it does not run yet.
+    pub fn connect(options: &ConnectOptions) -> Result<Self, ConnectError> {
+        let (camera, detector) = (options.camera.clone(), options.detector.clone());
+        let publisher = format!("detector {detector} of camera {camera}");
+        let open = move |bus: &_, patience| {
+            tagbus_message::bus::Bus::open_detections(bus, &camera, &detector, patience)
+        };
+        let feed = Feed::connect(options, &publisher, qos::DETECTIONS.borrowed, Box::new(open))?;
+        Ok(Self { feed, refused: 0 })
+    }
+
+    /// The next message that was not received yet, oldest first; sleeps until there is one.
+    ///
+    /// `None` when none came in time, or when [`ConnectOptions::stop`] was triggered. A message arrives for every frame
+    /// that was searched, also when it shows no tag.
+    pub fn receive(&mut self, timeout: Duration) -> Result<Option<Detections>, ReceiveError> {
+        let started = std::time::Instant::now();
+        loop {
+            let left = timeout.saturating_sub(started.elapsed());
+            let Some(message) = self.feed.receive(left)? else { return Ok(None) };
+            if let Some(detections) = self.check(message) {
+                return Ok(Some(detections));
+            }
+        }
+    }
+
+    /// The newest message that was not received yet, without waiting; older ones are skipped.
+    pub fn latest(&mut self) -> Result<Option<Detections>, ReceiveError> {
+        Ok(self.feed.newest()?.and_then(|message| self.check(message)))
+    }
+
+    /// Messages that were skipped because their header was of another version or contradicted itself.
+    #[must_use]
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+
+    /// Gives back what dead processes held; says how many there were. A silent client does this by itself.
+    pub fn clean_up_dead(&self) -> u64 {
+        self.feed.bus().clean_up_dead()
+    }
+
+    fn check(&mut self, message: Message<TagDetection, DetectionsHeader>) -> Option<Detections> {
+        let client_ns = clock::monotonic_ns();
+        // The header is copied out once, so that what was checked is what is used.
+        let header = *message.user_header();
+        match header.checked(message.payload().len()) {
+            Ok(count) => Some(Detections { header, count, client_ns, message }),
+            Err(_) => {
+                self.refused += 1;
+                None
+            }
+        }
+    }
+}
+
+impl Detections {
+    /// Frame, stamps, counters and parameters.
+    #[must_use]
+    pub fn header(&self) -> &DetectionsHeader {
+        &self.header
+    }
+
+    /// The tags, where the detector wrote them.
+    #[must_use]
+    pub fn tags(&self) -> &[TagDetection] {
+        &self.message.payload()[..self.count]
+    }
+
+    /// When this client got the message, `CLOCK_MONOTONIC` nanoseconds.
+    #[must_use]
+    pub fn client_ns(&self) -> u64 {
+        self.client_ns
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_client_and_its_messages_may_move_to_another_thread() {
+        fn moves<T: Send>() {}
+        moves::<Client>();
+        moves::<Detections>();
+    }
+}

@@ -1,0 +1,128 @@
+//! One topic of one client: waiting, receiving, and opening it again when somebody removed it.
+
+use std::fmt::Debug;
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::ReceiveError as PortError;
+use iceoryx2::prelude::{WaitSet, ZeroCopySend, ipc_threadsafe};
+use iceoryx2::sample::Sample;
+
+use tagbus_message::bus::{Bus, BusError, Patience};
+use tagbus_message::ports::Input;
+use tagbus_message::stop::Stop;
+use tagbus_message::wait::{Waiter, Wake, wait_set};
+
+use crate::error::{ConnectError, ReceiveError};
+use crate::options::ConnectOptions;
+
+/// The variant of iceoryx2 whose ports may move to another thread.
+pub(crate) type Shared = ipc_threadsafe::Service;
+
+/// After so long a silence a client looks for dead publishers and whether the topic is still the same.
+const SILENCE: Duration = Duration::from_secs(1);
+/// How long opening a topic again may take within one call.
+const REOPEN: Duration = Duration::from_millis(200);
+
+type Open<T, H> = Box<dyn Fn(&Bus<Shared>, Patience) -> Result<Input<Shared, T, H>, BusError> + Send>;
+
+/// A topic of slices of `T` with a header `H`.
+pub(crate) struct Feed<T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
+    input: Input<Shared, T, H>,
+    open: Open<T, H>,
+    set: WaitSet<Shared>,
+    stop: Stop,
+    bus: Bus<Shared>,
+    limit: usize,
+}
+
+/// A message of a feed.
+pub(crate) type Message<T, H> = Sample<Shared, [T], H>;
+
+impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
+    /// Opens the topic that `open` names, as `publisher` makes it. `limit` messages may be held at once.
+    pub(crate) fn connect(
+        options: &ConnectOptions,
+        publisher: &str,
+        limit: usize,
+        open: Open<T, H>,
+    ) -> Result<Self, ConnectError> {
+        let stop = match &options.stop {
+            Some(stop) => stop.clone(),
+            None => Stop::new().map_err(ConnectError::Io)?,
+        };
+        let explain = |error| explain(error, options, publisher);
+        let bus = Bus::start(&options.domain, &format!("client of {publisher}"), &stop).map_err(explain)?;
+        let patience = options.deadline.map_or(Patience::Endless, Patience::AtMost);
+        let input = open(&bus, patience).map_err(explain)?;
+        let set = wait_set().map_err(ConnectError::Wait)?;
+        Ok(Self { input, open, set, stop, bus, limit })
+    }
+
+    /// The next message in the queue; waits for one. `None` when the time is over or the client was stopped.
+    pub(crate) fn receive(&mut self, timeout: Duration) -> Result<Option<Message<T, H>>, ReceiveError> {
+        let started = Instant::now();
+        loop {
+            if let Some(message) = self.receive_now()? {
+                return Ok(Some(message));
+            }
+            let left = timeout.saturating_sub(started.elapsed());
+            match self.wait(left.min(SILENCE))? {
+                Wake::Stop => return Ok(None),
+                Wake::TimedOut if left <= SILENCE => return self.receive_now(),
+                Wake::TimedOut => self.after_silence()?,
+                Wake::Event | Wake::Other => {}
+            }
+        }
+    }
+
+    /// The newest message in the queue, without waiting.
+    pub(crate) fn newest(&mut self) -> Result<Option<Message<T, H>>, ReceiveError> {
+        self.input.newest().map_err(|error| self.explain(&error))
+    }
+
+    /// The place on the bus.
+    pub(crate) fn bus(&self) -> &Bus<Shared> {
+        &self.bus
+    }
+
+    fn receive_now(&self) -> Result<Option<Message<T, H>>, ReceiveError> {
+        self.input.receive().map_err(|error| self.explain(&error))
+    }
+
+    fn wait(&self, timeout: Duration) -> Result<Wake, ReceiveError> {
+        let waiter = Waiter::new(&self.set, &self.stop, Some(self.input.listener()));
+        waiter.and_then(|waiter| waiter.wait(timeout)).map_err(ReceiveError::Wait)
+    }
+
+    /// Nobody looks for the dead by himself, and a topic that was removed by force sends nothing any more.
+    fn after_silence(&mut self) -> Result<(), ReceiveError> {
+        self.bus.clean_up_dead();
+        if !self.input.is_current() {
+            match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {
+                Ok(input) => self.input = input,
+                Err(BusError::Absent { .. } | BusError::Stopped) => {}
+                Err(error) => return Err(ReceiveError::Bus(error)),
+            }
+        }
+        Ok(())
+    }
+
+    fn explain(&self, error: &PortError) -> ReceiveError {
+        match error {
+            PortError::ExceedsMaxBorrows => ReceiveError::Held { limit: self.limit },
+            PortError::ConnectionFailure(reason) => ReceiveError::Broken(format!("{reason:?}")),
+        }
+    }
+}
+
+fn explain(error: BusError, options: &ConnectOptions, publisher: &str) -> ConnectError {
+    match error {
+        BusError::Absent { waited, .. } => ConnectError::Absent {
+            publisher: publisher.to_owned(),
+            domain: options.domain.name().to_owned(),
+            waited,
+        },
+        BusError::Stopped => ConnectError::Stopped,
+        other => ConnectError::Bus(other),
+    }
+}
