@@ -99,14 +99,18 @@ fn read_quad(
     if !settings.refine {
         return raw;
     }
-    let refined =
-        refine::refine(frame, reader, &quad.corners, settings.decimation.factor()).and_then(|corners| {
-            let border = border::measure(frame, reader, &corners)?;
-            read(frame, settings, reader, corners, border, cells)
-        });
+    let Some(corners) = refine::refine(frame, reader, &quad.corners, settings.decimation.factor()) else {
+        return raw;
+    };
+    let refined = border::measure(frame, reader, &corners)
+        .and_then(|border| read(frame, settings, reader, corners, border, cells));
     match (raw, refined) {
-        (Some(raw), Some(refined)) if raw.decoded.hamming < refined.decoded.hamming => Some(raw),
-        (raw, refined) => refined.or(raw),
+        // Unrefined corners may give the better code, never the better corners.
+        (Some(raw), Some(refined)) if raw.decoded.hamming < refined.decoded.hamming => {
+            Some(Read { corners, ..raw })
+        }
+        (Some(raw), None) => Some(Read { corners, ..raw }),
+        (_, refined) => refined,
     }
 }
 

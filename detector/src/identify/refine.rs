@@ -10,6 +10,9 @@ use tagbus_family::Border;
 
 /// The window across the edge: this share of a cell, this many pixels of the search grid, never less than the last.
 const WINDOW: (f64, f64, f64) = (0.5, 2.0, 0.6);
+/// Levels are taken at the cells' centres, but not further from the edge than this many pixels: glare and shading make
+/// far levels unequal.
+const LEVEL_REACH: f64 = 3.0;
 /// Distance of samples across the edge, pixels.
 const STEP: f64 = 0.25;
 /// Most samples across the edge.
@@ -130,8 +133,13 @@ fn measure_side(
     let cells = reader.rings.len() / 4;
     for ring in &reader.rings[k * cells..(k + 1) * cells] {
         let (w, b) = (homography.project(ring.white), homography.project(ring.black));
-        cell += ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
-        if let (Some(w), Some(b)) = (frame.at(w), frame.at(b)) {
+        let across = ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
+        cell += across;
+        let nearer = (LEVEL_REACH / (0.5 * across)).min(1.0);
+        let level = |p: [f64; 2], q: [f64; 2]| {
+            frame.at([0, 1].map(|a| 0.5 * (p[a] + q[a]) + 0.5 * nearer * (p[a] - q[a])))
+        };
+        if let (Some(w), Some(b)) = (level(w, b), level(b, w)) {
             white += w;
             black += b;
             samples += 1.0;
