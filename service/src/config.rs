@@ -1,0 +1,73 @@
+//! What a service is told at its start.
+
+use std::fmt;
+use std::ops::Range;
+
+use tagbus_detector::{LumaView, Settings};
+use tagbus_family::Family;
+use tagbus_message::domain::Domain;
+use tagbus_message::frame::FrameHeader;
+use tagbus_message::qos;
+
+use crate::report::Report;
+
+/// Everything that a service needs to know.
+pub struct ServiceConfig {
+    /// The machine's bus.
+    pub domain: Domain,
+    /// Name of the camera whose frames are searched.
+    pub camera: String,
+    /// Name of this detector.
+    pub detector: String,
+    /// Families searched for; at least one.
+    pub families: Vec<Family>,
+    /// How they are searched for.
+    pub settings: Settings,
+    /// Tags that a message has room for, 1 to 65,536. Costs memory: 243 messages of 512 bytes a tag are reserved.
+    pub max_tags: usize,
+    /// Told of problems and changes, never more often than once a second for the same kind.
+    pub report: Box<dyn FnMut(&Report) + Send>,
+    /// Shown every frame just before it is searched; for tests and measurements.
+    pub observer: Option<Box<dyn FnMut(&FrameSeen) + Send>>,
+}
+
+/// What the detector is about to read.
+pub struct FrameSeen<'a> {
+    /// The frame's header, checked.
+    pub header: &'a FrameHeader,
+    /// What the detector reads.
+    pub view: &'a LumaView<'a>,
+    /// Where the frame's payload lies in this process.
+    pub payload: Range<*const u8>,
+}
+
+impl ServiceConfig {
+    /// Detector `main` of camera `cam0` with default settings; reports go nowhere.
+    #[must_use]
+    pub fn new(domain: Domain, families: Vec<Family>) -> Self {
+        Self {
+            domain,
+            camera: "cam0".to_owned(),
+            detector: "main".to_owned(),
+            families,
+            settings: Settings::default(),
+            max_tags: qos::DEFAULT_MAX_TAGS,
+            report: Box::new(|_| ()),
+            observer: None,
+        }
+    }
+}
+
+impl fmt::Debug for ServiceConfig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let families: Vec<_> = self.families.iter().map(Family::name).collect();
+        f.debug_struct("ServiceConfig")
+            .field("domain", &self.domain)
+            .field("camera", &self.camera)
+            .field("detector", &self.detector)
+            .field("families", &families)
+            .field("settings", &self.settings)
+            .field("max_tags", &self.max_tags)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,156 @@
+//! What a service says while it runs, at its end, and when it cannot go on.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use tagbus_detector::SettingsError;
+use tagbus_message::bus::BusError;
+use tagbus_message::qos::Reserved;
+use tagbus_message::text::TextTooLong;
+use tagbus_message::wait::WaitError;
+
+/// Something that a user may want to know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Report {
+    /// The detections topic is there; now the camera is waited for.
+    Ready {
+        /// Memory of the detections topic.
+        reserved: Reserved,
+    },
+    /// The camera's frames topic was found.
+    Connected,
+    /// A frame was refused because its header does not fit its bytes.
+    Refused {
+        /// The frame's sequence number, as its header says.
+        sequence: u64,
+        /// What is wrong with it.
+        reason: String,
+        /// Frames refused since the start.
+        total: u64,
+    },
+    /// No frame came for three frame times.
+    Silent {
+        /// The time that was waited.
+        waited: Duration,
+        /// Dead processes that were cleaned up because of it.
+        dead: u64,
+    },
+    /// Frames come again after a silence.
+    Back,
+    /// A message could not be sent, or a frame not be received; work goes on.
+    Trouble {
+        /// What went wrong.
+        reason: String,
+    },
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ready { reserved } => write!(f, "detections: {reserved}; waiting for the camera"),
+            Self::Connected => write!(f, "connected to the camera"),
+            Self::Refused { sequence, reason, total } => {
+                write!(f, "frame {sequence} skipped: {reason} ({total} refused so far)")
+            }
+            Self::Silent { waited, dead } => write!(
+                f,
+                "no frame for {:.1} s: is the camera running? ({dead} dead processes cleaned up)",
+                waited.as_secs_f64()
+            ),
+            Self::Back => write!(f, "frames arrive again"),
+            Self::Trouble { reason } => write!(f, "{reason}"),
+        }
+    }
+}
+
+/// Lets the first report of a kind through and then one a second; a hostile camera must not fill a disk with words.
+#[derive(Debug, Default)]
+pub(crate) struct Limiter {
+    last: Option<Instant>,
+}
+
+impl Limiter {
+    const EVERY: Duration = Duration::from_secs(1);
+
+    pub(crate) fn lets_through(&mut self, now: Instant) -> bool {
+        let free = self.last.is_none_or(|last| now.duration_since(last) >= Self::EVERY);
+        if free {
+            self.last = Some(now);
+        }
+        free
+    }
+}
+
+/// What a service did from its start to its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Frames that were searched.
+    pub frames_searched: u64,
+    /// Sequence numbers that were passed over: no time for them, or lost by the camera.
+    pub frames_skipped: u64,
+    /// Frames whose header did not fit their bytes.
+    pub frames_refused: u64,
+    /// Tags found.
+    pub tags_found: u64,
+    /// Messages sent.
+    pub messages_sent: u64,
+    /// Starts of the camera that were seen.
+    pub camera_starts: u64,
+    /// Times that no frame came for three frame times.
+    pub deadlines_missed: u64,
+    /// Dead processes cleaned up.
+    pub dead_cleaned: u64,
+}
+
+/// Why a service could not start or go on.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ServiceError {
+    /// The bus cannot be used.
+    Bus(BusError),
+    /// A setting is out of range.
+    Settings(SettingsError),
+    /// A family's name is too long for a message.
+    Family(TextTooLong),
+    /// The operating system refuses to wait.
+    Wait(WaitError),
+}
+
+impl fmt::Display for ServiceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bus(error) => error.fmt(f),
+            Self::Settings(error) => error.fmt(f),
+            Self::Family(error) => error.fmt(f),
+            Self::Wait(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ServiceError {}
+
+impl From<BusError> for ServiceError {
+    fn from(error: BusError) -> Self {
+        Self::Bus(error)
+    }
+}
+
+impl From<WaitError> for ServiceError {
+    fn from(error: WaitError) -> Self {
+        Self::Wait(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_reports_one_a_second_comes_through() {
+        let mut limiter = Limiter::default();
+        let start = Instant::now();
+        let times = (0..30).map(|tenth| start + Duration::from_millis(100 * tenth));
+        assert_eq!(times.filter(|&time| limiter.lets_through(time)).count(), 3);
+    }
+}

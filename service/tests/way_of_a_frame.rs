@@ -1,0 +1,447 @@
+//! Frames published by hand, searched by a service in a thread, received by clients; each test in its own domain.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on says where")]
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use iceoryx2::prelude::ipc;
+use tagbus_client::{Client, ConnectOptions, Detections, FrameClient};
+use tagbus_family::{Family, Paint};
+use tagbus_message::bus::Bus;
+use tagbus_message::detection::{header_flags, tag_flags};
+use tagbus_message::domain::Domain;
+use tagbus_message::frame::{CaptureKind, FrameHeader, GREY, MJPG, YUYV};
+use tagbus_message::ports::FramesOut;
+use tagbus_message::stop::Stop;
+use tagbus_message::{clock, qos};
+use tagbus_service::{Report, ServiceConfig, ServiceError, Summary, run};
+
+/// Long enough for any machine: only a hanging test gets there.
+const WATCHDOG: Duration = Duration::from_secs(60);
+const WIDTH: usize = 320;
+const HEIGHT: usize = 240;
+
+/// A domain of the test's own; that it was left clean is checked when it is dropped.
+struct Ground {
+    domain: Domain,
+}
+
+impl Ground {
+    fn new() -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let name = format!("s{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let root = std::env::temp_dir().join(format!("tb-{name}"));
+        Self { domain: Domain::with_root(&name, root).unwrap() }
+    }
+
+    fn config(&self) -> ServiceConfig {
+        ServiceConfig::new(self.domain.clone(), vec![Family::published("tag36h11").unwrap()])
+    }
+
+    fn client(&self) -> Client {
+        Client::connect(&ConnectOptions::in_domain(self.domain.clone()).deadline(WATCHDOG)).unwrap()
+    }
+
+    fn camera(&self) -> Camera {
+        let bus = Bus::<ipc::Service>::start(&self.domain, "camera cam0", &Stop::new().unwrap()).unwrap();
+        let out = bus.create_frames("cam0", &qos::FRAMES, 2 * WIDTH * HEIGHT + 64).unwrap();
+        Camera { out, epoch: clock::monotonic_ns(), sequence: 0 }
+    }
+}
+
+impl Drop for Ground {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            assert_eq!(self.domain.leftovers().unwrap(), Vec::<String>::new());
+            assert!(!self.domain.root().exists(), "the root is still there");
+        }
+    }
+}
+
+/// A service in a thread, and what it reported.
+struct Service {
+    stop: Stop,
+    thread: JoinHandle<Result<Summary, ServiceError>>,
+    reports: Arc<Mutex<Vec<Report>>>,
+}
+
+impl Service {
+    fn start(mut config: ServiceConfig) -> Self {
+        let reports = Arc::new(Mutex::new(Vec::new()));
+        let kept = Arc::clone(&reports);
+        config.report = Box::new(move |report| kept.lock().unwrap().push(report.clone()));
+        let stop = Stop::new().unwrap();
+        let own = stop.clone();
+        Self { stop, thread: std::thread::spawn(move || run(config, &own)), reports }
+    }
+
+    fn end(self) -> (Summary, Vec<Report>) {
+        self.stop.trigger();
+        let summary = self.thread.join().unwrap().unwrap();
+        (summary, Arc::into_inner(self.reports).unwrap().into_inner().unwrap())
+    }
+}
+
+/// A camera that publishes what it is told.
+struct Camera {
+    out: FramesOut<ipc::Service>,
+    epoch: u64,
+    sequence: u64,
+}
+
+impl Camera {
+    fn publish(&mut self, picture: &[u8]) {
+        self.publish_with(picture, FrameHeader::packed(GREY, WIDTH as u32, HEIGHT as u32).unwrap());
+    }
+
+    fn publish_with(&mut self, payload: &[u8], header: FrameHeader) {
+        let loan = self.out.publisher().loan_slice_uninit(payload.len()).unwrap();
+        let mut loan = loan.write_from_slice(payload);
+        *loan.user_header_mut() = FrameHeader {
+            epoch: self.epoch,
+            sequence: self.sequence,
+            capture_ns: clock::monotonic_ns(),
+            capture_kind: CaptureKind::Dequeue.code(),
+            dequeue_ns: clock::monotonic_ns(),
+            publish_ns: clock::monotonic_ns(),
+            frame_time_ns: 33_000_000,
+            ..header
+        };
+        self.sequence += 1;
+        loan.send().unwrap();
+        self.out.notify().unwrap();
+    }
+
+    /// Publishes a picture again and again until the client hears of it: a detector may still be connecting.
+    fn publish_until_heard(&mut self, picture: &[u8], client: &mut Client) -> Detections {
+        for _ in 0..WATCHDOG.as_millis() / 20 {
+            self.publish(picture);
+            if let Some(detections) = client.receive(Duration::from_millis(20)).unwrap() {
+                return detections;
+            }
+        }
+        panic!("no detections came");
+    }
+}
+
+/// An upright tag, 8 pixels a cell, on a bright grey.
+fn picture_of(ids: &[u32]) -> Vec<u8> {
+    const CELL: usize = 8;
+    let family = Family::published("tag36h11").unwrap();
+    let mut picture = vec![200; WIDTH * HEIGHT];
+    for (place, &id) in ids.iter().enumerate() {
+        let grid = family.grid(id).unwrap();
+        let left = 20 + place * 110;
+        for (y, row) in picture.chunks_exact_mut(WIDTH).skip(40).take(grid.width() * CELL).enumerate() {
+            for x in 0..grid.width() * CELL {
+                row[left + x] = match grid.get(x / CELL, y / CELL) {
+                    Paint::Black => 20,
+                    Paint::White | Paint::Clear => 230,
+                };
+            }
+        }
+    }
+    picture
+}
+
+fn ids_of(detections: &Detections) -> Vec<u32> {
+    let mut ids: Vec<_> = detections.tags().iter().map(|tag| tag.id).collect();
+    ids.sort_unstable();
+    ids
+}
+
+#[test]
+fn tags_travel_from_camera_to_client_with_every_stamp_in_order() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let detections = camera.publish_until_heard(&picture_of(&[7, 42]), &mut client);
+    assert_eq!(ids_of(&detections), [7, 42]);
+    let tag = &detections.tags()[0];
+    assert_eq!(tag.family(), "tag36h11");
+    assert_ne!(tag.flags & tag_flags::NO_POSE_NO_INTRINSICS, 0);
+    let header = detections.header();
+    assert_eq!((header.width, header.height, header.count, header.found), (320, 240, 2, 2));
+    assert_eq!(header.family_names().collect::<Vec<_>>(), ["tag36h11"]);
+    let stamps = [
+        header.capture_ns,
+        header.dequeue_ns,
+        header.publish_ns,
+        header.receive_ns,
+        header.detect_start_ns,
+        header.detect_end_ns,
+        header.send_ns,
+        detections.client_ns(),
+    ];
+    assert!(stamps[0] > 0 && stamps.is_sorted(), "{stamps:?}");
+    drop((detections, client, camera));
+    assert!(service.end().0.frames_searched > 0);
+}
+
+#[test]
+fn a_frame_without_tags_gives_an_empty_message() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let detections = camera.publish_until_heard(&vec![128; WIDTH * HEIGHT], &mut client);
+    assert!(detections.tags().is_empty());
+    assert_eq!(detections.header().found, 0);
+    drop((detections, client, camera));
+    service.end();
+}
+
+#[test]
+fn the_detector_reads_the_bytes_of_the_received_sample() {
+    let ground = Ground::new();
+    let seen = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&seen);
+    let mut config = ground.config();
+    config.observer = Some(Box::new(move |frame| {
+        let luma = frame.view.bytes().as_ptr_range();
+        assert!(frame.payload.start <= luma.start && luma.end <= frame.payload.end);
+        assert!(frame.view.geometry().offset >= frame.header.data_offset as usize);
+        counted.fetch_add(1, Ordering::Relaxed);
+    }));
+    let service = Service::start(config);
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    drop(camera.publish_until_heard(&picture_of(&[1]), &mut client));
+    drop((client, camera));
+    service.end();
+    assert!(seen.load(Ordering::Relaxed) > 0);
+}
+
+#[test]
+fn luma_is_found_in_packed_colour_behind_slack() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    drop(camera.publish_until_heard(&vec![128; WIDTH * HEIGHT], &mut client));
+    let mut payload = vec![99; 48];
+    payload.extend(picture_of(&[5]).iter().flat_map(|&luma| [luma, 128]));
+    let packed = FrameHeader::packed(YUYV, WIDTH as u32, HEIGHT as u32).unwrap();
+    camera.publish_with(&payload, FrameHeader { data_offset: 48, ..packed });
+    let last = camera.sequence - 1;
+    let detections = until(&mut client, |detections| detections.header().sequence == last);
+    assert_eq!(ids_of(&detections), [5]);
+    drop((detections, client, camera));
+    service.end();
+}
+
+fn until(client: &mut Client, wanted: impl Fn(&Detections) -> bool) -> Detections {
+    loop {
+        let detections = client.receive(WATCHDOG).unwrap().expect("the message came before the watchdog");
+        if wanted(&detections) {
+            return detections;
+        }
+    }
+}
+
+#[test]
+fn headers_that_lie_are_reported_and_skipped_and_work_goes_on() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[3]);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    let good = FrameHeader::packed(GREY, WIDTH as u32, HEIGHT as u32).unwrap();
+    let mut overlapping = good;
+    overlapping.planes[0].stride = 100;
+    let mut far = good;
+    far.planes[0].offset = u32::MAX;
+    let lies = [
+        FrameHeader { width: 0, ..good },
+        FrameHeader { width: 1, height: 1, ..good },
+        FrameHeader { width: 16_385, ..good },
+        FrameHeader { height: 100_000, ..good },
+        FrameHeader { width: u32::MAX, height: u32::MAX, ..good },
+        FrameHeader { data_offset: u32::MAX, ..good },
+        FrameHeader { bytes_used: u64::MAX, ..good },
+        FrameHeader { fourcc: MJPG.0, ..good },
+        FrameHeader { fourcc: 0xdead_beef, ..good },
+        FrameHeader { schema: 77, ..good },
+        FrameHeader::default(),
+        overlapping,
+        far,
+    ];
+    for lie in &lies {
+        assert_eq!(ids_of(&after_a_lie(&mut camera, &mut client, &picture, *lie)), [3]);
+    }
+    drop((client, camera));
+    let (summary, reports) = service.end();
+    assert!(reports.iter().any(|report| matches!(report, Report::Refused { .. })), "{reports:?}");
+    assert!(summary.frames_refused >= lies.len() as u64, "{summary:?}");
+}
+
+/// Publishes a lie and then the truth until the detector has seen both: only the newest frame is looked at.
+fn after_a_lie(camera: &mut Camera, client: &mut Client, picture: &[u8], lie: FrameHeader) -> Detections {
+    let mut refused_before = None;
+    loop {
+        camera.publish(picture);
+        let last = camera.sequence - 1;
+        let detections = until(client, |detections| detections.header().sequence == last);
+        let refused = detections.header().refused_total;
+        if refused_before.is_some_and(|before| refused > before) {
+            return detections;
+        }
+        refused_before = Some(refused);
+        camera.publish_with(picture, lie);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_service_that_is_started_again_reaches_the_same_client() {
+    let ground = Ground::new();
+    let first = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[9]);
+    let epoch = camera.publish_until_heard(&picture, &mut client).header().detector_epoch;
+    first.end();
+    let second = Service::start(ground.config());
+    let again = loop {
+        let detections = camera.publish_until_heard(&picture, &mut client);
+        if detections.header().detector_epoch != epoch {
+            break detections;
+        }
+    };
+    assert_eq!(ids_of(&again), [9]);
+    drop((again, client, camera));
+    second.end();
+}
+
+#[test]
+fn a_camera_that_is_started_again_reaches_the_same_service() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[11]);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    drop(camera);
+    let mut camera = ground.camera();
+    let epoch = camera.epoch;
+    let detections = loop {
+        let detections = camera.publish_until_heard(&picture, &mut client);
+        if detections.header().epoch == epoch {
+            break detections;
+        }
+    };
+    assert_eq!(ids_of(&detections), [11]);
+    drop((detections, client, camera));
+    assert_eq!(service.end().0.camera_starts, 2);
+}
+
+#[test]
+fn a_full_message_keeps_the_best_and_says_so() {
+    let ground = Ground::new();
+    let mut config = ground.config();
+    config.max_tags = 1;
+    let service = Service::start(config);
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let detections = camera.publish_until_heard(&picture_of(&[7, 42]), &mut client);
+    assert_eq!((detections.header().count, detections.header().found), (1, 2));
+    assert_eq!(detections.tags().len(), 1);
+    assert_ne!(detections.header().flags & header_flags::MORE_FOUND, 0);
+    drop((detections, client, camera));
+    service.end();
+}
+
+#[test]
+fn skipped_frames_are_counted() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[2]);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    camera.sequence += 5;
+    camera.publish(&picture);
+    let last = camera.sequence - 1;
+    let detections = until(&mut client, |detections| detections.header().sequence == last);
+    assert!(detections.header().skipped >= 5);
+    drop((detections, client, camera));
+    assert!(service.end().0.frames_skipped >= 5);
+}
+
+#[test]
+fn a_second_detector_of_one_name_is_refused_and_one_of_another_name_is_not() {
+    let ground = Ground::new();
+    let first = Service::start(ground.config());
+    let client = ground.client();
+    let second = run(ground.config(), &Stop::new().unwrap());
+    let error = second.unwrap_err().to_string();
+    assert!(error.contains("a detector named main is already running in domain"), "{error}");
+    let mut other = ground.config();
+    other.detector = "other".to_owned();
+    Service::start(other).end();
+    drop(client);
+    first.end();
+}
+
+#[test]
+fn a_service_that_waits_for_its_camera_ends_when_asked() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    drop(ground.client());
+    assert_eq!(service.end().0, Summary::default());
+}
+
+#[test]
+fn a_client_without_detector_says_who_is_missing() {
+    let ground = Ground::new();
+    let options = ConnectOptions::in_domain(ground.domain.clone()).deadline(Duration::from_millis(30));
+    let error = Client::connect(&options).map(drop).unwrap_err().to_string();
+    assert!(error.contains("detector main of camera cam0"), "{error}");
+    assert!(error.contains(ground.domain.name()), "{error}");
+}
+
+#[test]
+fn a_client_that_holds_too_much_is_told_and_recovers() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[4]);
+    let held = [(); 2].map(|()| camera.publish_until_heard(&picture, &mut client));
+    let full = loop {
+        camera.publish(&picture);
+        match client.receive(Duration::from_millis(20)) {
+            Ok(None) => {}
+            Ok(Some(_)) => panic!("a third message was lent"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(full.contains("2 messages are held"), "{full}");
+    drop(held);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    assert!(client.latest().is_ok());
+    drop((client, camera));
+    service.end();
+}
+
+#[test]
+fn a_viewer_gets_frames_and_skips_those_that_lie() {
+    let ground = Ground::new();
+    let mut camera = ground.camera();
+    let options = ConnectOptions::in_domain(ground.domain.clone()).deadline(WATCHDOG);
+    let mut viewer = FrameClient::connect(&options).unwrap();
+    let picture = picture_of(&[1]);
+    camera.publish_with(&picture, FrameHeader::default());
+    camera.publish(&picture);
+    let frame = viewer.receive(WATCHDOG).unwrap().unwrap();
+    assert_eq!((frame.bytes(), frame.layout().width), (&picture[..], WIDTH));
+    assert_eq!(viewer.refused().0, 1);
+    drop((frame, viewer, camera));
+}
+
+#[test]
+fn a_waiting_client_is_woken_by_its_stop_request() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let stop = Stop::new().unwrap();
+    let options = ConnectOptions::in_domain(ground.domain.clone()).deadline(WATCHDOG).stop(stop.clone());
+    let mut client = Client::connect(&options).unwrap();
+    let waiting = std::thread::spawn(move || client.receive(Duration::MAX).map(|message| message.is_none()));
+    stop.trigger();
+    assert!(waiting.join().unwrap().unwrap());
+    service.end();
+}
