@@ -7,7 +7,7 @@ use crate::binarize::{Planes, binarize};
 use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
-use crate::identify::{Reader, Scene, identify};
+use crate::identify::{Reader, Scene, Scratch, identify};
 use crate::settings::{Settings, SettingsError};
 use crate::simd::Level;
 use crate::view::LumaView;
@@ -40,7 +40,7 @@ struct Buffers {
     clusters: Clusters,
     fit: Fit,
     quads: Vec<Quad>,
-    cells: Vec<f32>,
+    identify: Scratch,
 }
 
 impl Detector {
@@ -92,8 +92,8 @@ impl Detector {
         };
         with_raster(view, self.settings.decimation, search);
         let scene = Scene { view, readers: &self.readers, settings: &self.settings };
-        let Buffers { quads, cells, .. } = &mut self.buffers;
-        identify(self.level, &scene, quads, cells, &mut self.detections);
+        let Buffers { quads, identify: scratch, .. } = &mut self.buffers;
+        identify(self.level, &scene, quads, scratch, &mut self.detections);
         done(Phase::Identify);
         &self.detections
     }

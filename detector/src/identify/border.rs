@@ -34,6 +34,11 @@ impl GreyPlane {
 }
 
 impl Border {
+    /// Black at the tag's middle, grey levels.
+    pub(crate) fn black_level(&self) -> f32 {
+        self.black.middle
+    }
+
     /// Whether white or black lies at the end of the scale, where the sensor clips.
     pub(crate) fn is_saturated(&self) -> bool {
         self.white.middle >= 254.0 || self.black.middle <= 1.0

@@ -1,5 +1,7 @@
 //! Reading the bits (paper III-E): sampling, sharpening, look-up.
 
+use tagbus_family::Found;
+
 use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
@@ -8,10 +10,8 @@ use super::sample::Frame;
 /// A code that was read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decoded {
-    pub(crate) id: u32,
-    pub(crate) hamming: u32,
-    /// Quarter turns counter-clockwise that make the tag upright.
-    pub(crate) rotation: u32,
+    /// The tag, and how many quarter turns counter-clockwise make it upright.
+    pub(crate) found: Found,
     /// Mean distance of the bits from their threshold in grey levels, the worse of white and black.
     pub(crate) margin: f32,
     /// The same over half the contrast.
@@ -46,13 +46,7 @@ pub(crate) fn decode(
     }
     let found = reader.index.lookup(code)?;
     let margin = white.mean().min(black.mean());
-    Some(Decoded {
-        id: found.id,
-        hamming: found.hamming,
-        rotation: found.rotation,
-        margin,
-        relative_margin: margin / (0.5 * border.contrast).max(1.0),
-    })
+    Some(Decoded { found, margin, relative_margin: margin / (0.5 * border.contrast).max(1.0) })
 }
 
 /// Distances from the threshold, in grey levels: measured for data cells, the model's for cells of known colour, zero for

@@ -54,6 +54,36 @@ impl Homography {
         ]
     }
 
+    /// From nine numbers, row by row.
+    pub(crate) fn from_rows(rows: [f64; 9]) -> Self {
+        Self(Matrix3::from_row_slice(&rows))
+    }
+
+    /// The map back. `None` when the plane is seen edge-on.
+    pub(crate) fn inverse(&self) -> Option<Self> {
+        let inverse = self.0.try_inverse()?;
+        let scale = inverse[(2, 2)];
+        (scale.abs() > 1e-12).then(|| Self(inverse / scale))
+    }
+
+    /// This map after another one.
+    pub(crate) fn after(&self, first: &Matrix3<f64>) -> Self {
+        let both = self.0 * first;
+        Self(both / both[(2, 2)])
+    }
+
+    /// How fast the first and the second coordinate of the image of a point change, whatever the direction.
+    #[inline(always)]
+    pub(crate) fn stretch(&self, point: [f64; 2]) -> [f64; 2] {
+        let m = &self.0;
+        let image = self.project(point);
+        let scale = 1.0 / (m[(2, 0)] * point[0] + m[(2, 1)] * point[1] + m[(2, 2)]);
+        [0, 1].map(|a| {
+            let along = |column: usize| (m[(a, column)] - image[a] * m[(2, column)]) * scale;
+            along(0).hypot(along(1))
+        })
+    }
+
     /// Row by row.
     pub(crate) fn to_array(self) -> [f64; 9] {
         let m = self.0;

@@ -1,6 +1,6 @@
 //! What is known of a family before any picture is seen.
 
-use tagbus_family::{Border, Cell, Family, Index};
+use tagbus_family::{Border, Cell, Family, Found, Index};
 
 /// A family made ready for reading. Cells are counted from the top-left corner of the border edge: cell (x, y) has its
 /// centre at (x + 0.5, y + 0.5) and the border edge is the square from (0, 0) to (width, width).
@@ -19,6 +19,7 @@ pub(crate) struct Reader {
     /// Cells a row of the scratch grid: the print and one cell around it.
     pub(crate) grid_width: usize,
     pub(crate) index: Index,
+    known_tags: Family,
     pub(crate) has_hole: bool,
     /// Natural logarithm of the number of codes over the number of words: how rare a code is among random bits.
     rarity: f64,
@@ -77,10 +78,22 @@ impl Reader {
             known: known.collect(),
             grid_width,
             index,
+            known_tags: family.clone(),
             has_hole: layout.hole_width() > 0,
             rarity: (4.0 * family.codes().len() as f64).ln() - f64::from(bits) * std::f64::consts::LN_2,
             bits,
         }
+    }
+
+    /// Cells of the scratch grid before the border edge.
+    pub(crate) fn grid_margin(&self) -> f64 {
+        (self.grid_width as f64 - self.width) * 0.5
+    }
+
+    /// The code of a tag, turned as it was read.
+    pub(crate) fn code_as_read(&self, found: &Found) -> u64 {
+        let upright = self.known_tags.codes()[found.id as usize];
+        (found.rotation..4).fold(upright, |code, _| self.known_tags.layout().rotate90(code))
     }
 
     /// Logarithm of the number of tags that random bits are expected to be taken for, with so many corrected bits:

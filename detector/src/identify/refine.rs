@@ -13,6 +13,8 @@ const WINDOW: (f64, f64, f64) = (0.5, 2.0, 0.6);
 /// Levels are taken at the cells' centres, but not further from the edge than this many pixels: glare and shading make
 /// far levels unequal.
 const LEVEL_REACH: f64 = 3.0;
+/// Length at both ends of a side that is left out, pixels: the blur of its corners, two sigma of a sharp lens.
+const END: f64 = 1.5;
 /// Distance of samples across the edge, pixels.
 const STEP: f64 = 0.25;
 /// Most samples across the edge.
@@ -22,6 +24,8 @@ const PROFILES: (usize, usize) = (16, 96);
 /// Rounds of weighting profiles by their distance from the line, and the standard deviations from which weight falls.
 const WEIGHTINGS: usize = 3;
 const FAR: f64 = 1.5;
+/// Points nearer than this many pixels keep their weight: lens distortion bends long sides that much.
+const NEAR: f64 = 0.75;
 /// A smaller difference between the levels on both sides is no edge, grey levels.
 const LEAST_STEP: f32 = 3.0;
 /// A corner that moves further than this many pixels of the search grid, and these besides, has gone astray.
@@ -98,8 +102,7 @@ fn refine_side(
     let side = measure_side(frame, reader, homography, corners, k)?;
     let window = (WINDOW.0 * side.cell).min(WINDOW.1 * factor).max(WINDOW.2);
     let count = ((side.length / 2.0) as usize).clamp(PROFILES.0, PROFILES.1);
-    // The ends of a side lie in the blur of its corners.
-    let end = (0.5 * side.cell).min(0.12 * side.length) / side.length;
+    let end = (0.5 * side.cell).min(0.12 * side.length).min(END) / side.length;
     let mut points = [[0.0f64; 2]; PROFILES.1];
     let mut found = 0;
     for i in 0..count {
@@ -224,7 +227,7 @@ fn reweigh(points: &[[f64; 2]], line: &SideLine, weights: &mut [f64]) {
         squares += weight * distance(point).powi(2);
         total += weight;
     }
-    let limit = FAR * ((squares / total).sqrt() + 0.02);
+    let limit = (FAR * (squares / total).sqrt()).max(NEAR);
     for (point, weight) in points.iter().zip(weights) {
         let distance = distance(point);
         *weight = if distance < limit { 1.0 } else { limit / distance };

@@ -15,6 +15,17 @@ impl<'a> Frame<'a> {
         Self { pixels: Sampled::new(view, 1), last }
     }
 
+    /// Columns and rows.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.pixels.width(), self.pixels.height()]
+    }
+
+    /// The grey value of a pixel.
+    #[inline(always)]
+    pub(crate) fn pixel(&self, column: usize, row: usize) -> u8 {
+        self.pixels.at(column, row)
+    }
+
     /// The grey value at a point, bilinear between the four pixel centres around it (paper III-E). `None` outside of the
     /// outermost pixel centres.
     #[inline(always)]

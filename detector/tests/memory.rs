@@ -1,0 +1,80 @@
+//! No second picture is ever made, and after warm-up nothing is allocated.
+
+#![allow(unsafe_code, reason = "a global allocator that counts cannot be written without")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use tagbus_detector::{Decimation, Detector, LumaView, Refinement, Settings};
+use tagbus_family::Family;
+use tagbus_scene::{Scene, SceneConfig};
+
+struct Counting;
+
+static BYTES: AtomicUsize = AtomicUsize::new(0);
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        BYTES.fetch_add(layout.size(), Ordering::Relaxed);
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        BYTES.fetch_add(size.saturating_sub(layout.size()), Ordering::Relaxed);
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller keeps the contract of `realloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// One test, since the counters belong to the whole process.
+#[test]
+fn a_flat_frame_costs_less_than_half_a_byte_a_pixel_and_warm_frames_nothing() {
+    flat_frame_costs_less_than_half_a_byte_a_pixel();
+    warm_frames_allocate_nothing();
+}
+
+fn flat_frame_costs_less_than_half_a_byte_a_pixel() {
+    let (width, height) = (1280, 800);
+    let families = ["tag36h11", "tagStandard41h12"].map(|name| Family::published(name).unwrap());
+    let luma = vec![120; width * height];
+    for factor in [1.0, 1.5, 2.0, 3.0] {
+        let decimation = Decimation::from_factor(factor).unwrap();
+        let mut detector = Detector::new(&families, &Settings { decimation, ..Settings::default() }).unwrap();
+        let before = BYTES.load(Ordering::Relaxed);
+        detector.detect(&LumaView::grey(&luma, width, height).unwrap());
+        let per_pixel = (BYTES.load(Ordering::Relaxed) - before) as f64 / (width * height) as f64;
+        println!("factor {factor}: {per_pixel:.3} bytes a pixel");
+        assert!(per_pixel < 0.5, "factor {factor}: {per_pixel} bytes a pixel");
+    }
+}
+
+fn warm_frames_allocate_nothing() {
+    let scene = Scene::new(SceneConfig::default()).unwrap();
+    let families: Vec<Family> =
+        Family::PUBLISHED.iter().map(|name| Family::published(name).unwrap()).collect();
+    let mut luma = vec![0; 640 * 480];
+    for refinement in [Refinement::None, Refinement::Edges, Refinement::Tag] {
+        let mut detector = Detector::new(&families, &Settings { refinement, ..Settings::default() }).unwrap();
+        let mut calls = 0;
+        for frame in 0..8 {
+            scene.render(frame % 4, &mut luma);
+            let before = CALLS.load(Ordering::Relaxed);
+            detector.detect(&LumaView::grey(&luma, 640, 480).unwrap());
+            calls = CALLS.load(Ordering::Relaxed) - before;
+        }
+        assert_eq!(calls, 0, "the last of eight frames allocated with {refinement:?}");
+    }
+}
