@@ -1,4 +1,4 @@
-//! Prints every tag that a running detector finds: `cargo run --release --example print_tags`.
+//! Prints every tag that a running detector finds: `cargo run --release -p tagbus-client --example print_tags`.
 
 use std::time::Duration;
 

@@ -1,12 +1,13 @@
 //! Receiving what a detector found.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use tagbus_message::bus::Bus;
 use tagbus_message::detection::{DetectionsHeader, TagDetection};
 use tagbus_message::{clock, qos};
 
 use crate::error::{ConnectError, ReceiveError};
-use crate::feed::{Feed, Message};
+use crate::feed::{Feed, Message, Shared};
 use crate::options::ConnectOptions;
 
 /// The receiving end of one detector.
@@ -25,6 +26,8 @@ pub struct Detections {
     count: usize,
     client_ns: u64,
     message: Message<TagDetection, DetectionsHeader>,
+    /// A message may outlive its client: then it is what leaves the bus last.
+    _bus: Bus<Shared>,
 }
 
 impl Client {
@@ -32,9 +35,7 @@ impl Client {
     pub fn connect(options: &ConnectOptions) -> Result<Self, ConnectError> {
         let (camera, detector) = (options.camera.clone(), options.detector.clone());
         let publisher = format!("detector {detector} of camera {camera}");
-        let open = move |bus: &_, patience| {
-            tagbus_message::bus::Bus::open_detections(bus, &camera, &detector, patience)
-        };
+        let open = move |bus: &_, patience| Bus::open_detections(bus, &camera, &detector, patience);
         let feed = Feed::connect(options, &publisher, qos::DETECTIONS.borrowed, Box::new(open))?;
         Ok(Self { feed, refused: 0 })
     }
@@ -44,7 +45,7 @@ impl Client {
     /// `None` when none came in time, or when [`ConnectOptions::stop`] was triggered. A message arrives for every frame
     /// that was searched, also when it shows no tag.
     pub fn receive(&mut self, timeout: Duration) -> Result<Option<Detections>, ReceiveError> {
-        let started = std::time::Instant::now();
+        let started = Instant::now();
         loop {
             let left = timeout.saturating_sub(started.elapsed());
             let Some(message) = self.feed.receive(left)? else { return Ok(None) };
@@ -75,7 +76,10 @@ impl Client {
         // The header is copied out once, so that what was checked is what is used.
         let header = *message.user_header();
         match header.checked(message.payload().len()) {
-            Ok(count) => Some(Detections { header, count, client_ns, message }),
+            Ok(count) => {
+                let bus = self.feed.bus().clone();
+                Some(Detections { header, count, client_ns, message, _bus: bus })
+            }
             Err(_) => {
                 self.refused += 1;
                 None

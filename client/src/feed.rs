@@ -33,6 +33,8 @@ pub(crate) struct Feed<T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySen
     stop: Stop,
     bus: Bus<Shared>,
     limit: usize,
+    /// When the last message came, or when the client last looked for the dead.
+    looked: Instant,
 }
 
 /// A message of a feed.
@@ -55,7 +57,7 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         let patience = options.deadline.map_or(Patience::Endless, Patience::AtMost);
         let input = open(&bus, patience).map_err(explain)?;
         let set = wait_set().map_err(ConnectError::Wait)?;
-        Ok(Self { input, open, set, stop, bus, limit })
+        Ok(Self { input, open, set, stop, bus, limit, looked: Instant::now() })
     }
 
     /// The next message in the queue; waits for one. `None` when the time is over or the client was stopped.
@@ -63,14 +65,15 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         let started = Instant::now();
         loop {
             if let Some(message) = self.receive_now()? {
+                self.looked = Instant::now();
                 return Ok(Some(message));
             }
+            if self.looked.elapsed() >= SILENCE {
+                self.look_around()?;
+            }
             let left = timeout.saturating_sub(started.elapsed());
-            match self.wait(left.min(SILENCE))? {
-                Wake::Stop => return Ok(None),
-                Wake::TimedOut if left <= SILENCE => return self.receive_now(),
-                Wake::TimedOut => self.after_silence()?,
-                Wake::Event | Wake::Other => {}
+            if left.is_zero() || self.wait(left.min(SILENCE))? == Wake::Stop {
+                return Ok(None);
             }
         }
     }
@@ -95,7 +98,8 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     }
 
     /// Nobody looks for the dead by himself, and a topic that was removed by force sends nothing any more.
-    fn after_silence(&mut self) -> Result<(), ReceiveError> {
+    fn look_around(&mut self) -> Result<(), ReceiveError> {
+        self.looked = Instant::now();
         self.bus.clean_up_dead();
         if !self.input.is_current() {
             match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {

@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
+use tagbus_message::bus::Bus;
 use tagbus_message::frame::{FrameHeader, FrameLayout, HeaderError};
 use tagbus_message::{clock, qos};
 
 use crate::error::{ConnectError, ReceiveError};
-use crate::feed::{Feed, Message};
+use crate::feed::{Feed, Message, Shared};
 use crate::options::ConnectOptions;
 
 /// The receiving end of one camera. Only [`ConnectOptions::camera`] counts, not its detector.
@@ -23,6 +24,8 @@ pub struct Frame {
     layout: FrameLayout,
     client_ns: u64,
     message: Message<u8, FrameHeader>,
+    /// A frame may outlive its client: then it is what leaves the bus last.
+    _bus: Bus<Shared>,
 }
 
 impl FrameClient {
@@ -30,9 +33,7 @@ impl FrameClient {
     pub fn connect(options: &ConnectOptions) -> Result<Self, ConnectError> {
         let camera = options.camera.clone();
         let publisher = format!("camera {camera}");
-        let open = move |bus: &_, patience| {
-            tagbus_message::bus::Bus::open_frames(bus, &camera, qos::FRAMES.buffer, patience)
-        };
+        let open = move |bus: &_, patience| Bus::open_frames(bus, &camera, qos::FRAMES.buffer, patience);
         let feed = Feed::connect(options, &publisher, qos::FRAMES.borrowed, Box::new(open))?;
         Ok(Self { feed, refused: 0, last_refusal: None })
     }
@@ -66,7 +67,10 @@ impl FrameClient {
         let client_ns = clock::monotonic_ns();
         let header = *message.user_header();
         match header.validate(message.payload().len()) {
-            Ok(layout) => Some(Frame { header, layout, client_ns, message }),
+            Ok(layout) => {
+                let bus = self.feed.bus().clone();
+                Some(Frame { header, layout, client_ns, message, _bus: bus })
+            }
             Err(error) => {
                 self.refused += 1;
                 self.last_refusal = Some(error);

@@ -325,7 +325,7 @@ impl fmt::Display for BusError {
             ),
             Self::Stuck { topic, reason, waited } => write!(
                 f,
-                "{topic} cannot be opened ({reason}, tried for {:.1} s): if nothing else runs in this domain, report this",
+                "{topic} cannot be opened ({reason}, tried for {:.1} s): were its files removed (logind does that at logout, see RemoveIPC=)? end all roles of the domain and start them again",
                 waited.as_secs_f64()
             ),
         }

@@ -138,16 +138,21 @@ impl Domain {
             self.take_over(&agreed)?;
         }
         check_owner(&self.root, self.uid)?;
-        DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&self.root)
-            .map_err(|error| DomainError::io(&self.root, error))?;
+        self.make_root().map_err(|error| DomainError::io(&self.root, error))?;
         check_owner(&self.root, self.uid)?;
         if agreed != self.root_text {
             pass.write_root(&self.root_text).map_err(|error| DomainError::io(gate_path, error))?;
         }
         Ok(())
+    }
+
+    /// Another domain that ends may remove the directory above while it is empty: then it is made again.
+    fn make_root(&self) -> io::Result<()> {
+        let make = || DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
+        match make() {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => make(),
+            made => made,
+        }
     }
 
     /// The domain was last used with another root: fine when nobody is there any more.

@@ -11,6 +11,11 @@ use tagbus_message::qos;
 
 use crate::report::Report;
 
+/// Is told what a user may want to know.
+pub type Reporter = Box<dyn FnMut(&Report) + Send>;
+/// Is shown frames just before they are searched.
+pub type Observer = Box<dyn FnMut(&FrameSeen) + Send>;
+
 /// Everything that a service needs to know.
 pub struct ServiceConfig {
     /// The machine's bus.
@@ -26,9 +31,9 @@ pub struct ServiceConfig {
     /// Tags that a message has room for, 1 to 65,536. Costs memory: 243 messages of 512 bytes a tag are reserved.
     pub max_tags: usize,
     /// Told of problems and changes, never more often than once a second for the same kind.
-    pub report: Box<dyn FnMut(&Report) + Send>,
+    pub report: Reporter,
     /// Shown every frame just before it is searched; for tests and measurements.
-    pub observer: Option<Box<dyn FnMut(&FrameSeen) + Send>>,
+    pub observer: Option<Observer>,
 }
 
 /// What the detector is about to read.

@@ -13,7 +13,7 @@
 //!
 //! let mut config = ServiceConfig::new(Domain::new("tagbus")?, vec![Family::published("tag36h11")?]);
 //! config.report = Box::new(|report| eprintln!("{report}"));
-//! let summary = run(config, &Stop::new()?)?;
+//! let summary = run(config, Stop::new()?)?;
 //! println!("{} frames searched", summary.frames_searched);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -26,6 +26,6 @@ mod report;
 mod run;
 mod search;
 
-pub use config::{FrameSeen, ServiceConfig};
+pub use config::{FrameSeen, Observer, Reporter, ServiceConfig};
 pub use report::{Report, ServiceError, Summary};
 pub use run::run;

@@ -36,7 +36,7 @@ enum End {
 /// goes on when the camera is started again.
 ///
 /// Errors are what waiting does not mend: another detector of this name, a domain of another user, bad settings.
-pub fn run(config: ServiceConfig, stop: &Stop) -> Result<Summary, ServiceError> {
+pub fn run(config: ServiceConfig, stop: Stop) -> Result<Summary, ServiceError> {
     let place = Place {
         domain: config.domain.clone(),
         camera: config.camera.clone(),
@@ -45,7 +45,7 @@ pub fn run(config: ServiceConfig, stop: &Stop) -> Result<Summary, ServiceError> 
     };
     qos::check_max_tags(place.max_tags).map_err(BusError::from)?;
     let mut search = Search::new(config)?;
-    match serve(&mut search, &place, stop) {
+    match serve(&mut search, &place, &stop) {
         Ok(()) | Err(ServiceError::Bus(BusError::Stopped)) => Ok(search.summary),
         Err(error) => Err(error),
     }

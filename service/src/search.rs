@@ -11,7 +11,7 @@ use tagbus_message::detection::{DetectionsHeader, header_flags};
 use tagbus_message::frame::FrameHeader;
 use tagbus_message::ports::DetectionsOut;
 
-use crate::config::{FrameSeen, ServiceConfig};
+use crate::config::{FrameSeen, Observer, Reporter, ServiceConfig};
 use crate::convert::{self, FamilyName};
 use crate::pace::Pace;
 use crate::report::{Limiter, Report, ServiceError, Summary};
@@ -32,8 +32,8 @@ pub(crate) struct Search {
     refusals: Limiter,
     troubles: Limiter,
     max_tags: usize,
-    report: Box<dyn FnMut(&Report) + Send>,
-    observer: Option<Box<dyn FnMut(&FrameSeen) + Send>>,
+    report: Reporter,
+    observer: Option<Observer>,
 }
 
 impl Search {

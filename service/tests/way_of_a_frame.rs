@@ -74,7 +74,7 @@ impl Service {
         config.report = Box::new(move |report| kept.lock().unwrap().push(report.clone()));
         let stop = Stop::new().unwrap();
         let own = stop.clone();
-        Self { stop, thread: std::thread::spawn(move || run(config, &own)), reports }
+        Self { stop, thread: std::thread::spawn(move || run(config, own)), reports }
     }
 
     fn end(self) -> (Summary, Vec<Report>) {
@@ -368,7 +368,7 @@ fn a_second_detector_of_one_name_is_refused_and_one_of_another_name_is_not() {
     let ground = Ground::new();
     let first = Service::start(ground.config());
     let client = ground.client();
-    let second = run(ground.config(), &Stop::new().unwrap());
+    let second = run(ground.config(), Stop::new().unwrap());
     let error = second.unwrap_err().to_string();
     assert!(error.contains("a detector named main is already running in domain"), "{error}");
     let mut other = ground.config();
@@ -443,5 +443,34 @@ fn a_waiting_client_is_woken_by_its_stop_request() {
     let waiting = std::thread::spawn(move || client.receive(Duration::MAX).map(|message| message.is_none()));
     stop.trigger();
     assert!(waiting.join().unwrap().unwrap());
+    service.end();
+}
+
+#[test]
+fn a_message_may_outlive_its_client_and_nothing_is_left() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let detections = camera.publish_until_heard(&picture_of(&[6]), &mut client);
+    drop((client, camera));
+    service.end();
+    assert_eq!(ids_of(&detections), [6]);
+}
+
+#[test]
+fn a_topic_that_was_removed_by_force_is_found_again() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[8]);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    std::fs::remove_dir_all(ground.domain.root().join("services")).unwrap();
+    service.end();
+    let service = Service::start(ground.config());
+    drop(camera);
+    let mut camera = ground.camera();
+    drop(camera.publish_until_heard(&picture, &mut client));
+    drop(camera.publish_until_heard(&picture, &mut ground.client()));
+    drop((client, camera));
     service.end();
 }
