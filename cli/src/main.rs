@@ -1,2 +1,22 @@
-//! Room `cli` (under construction).
-fn main() {}
+//! The one binary `tagbus`: every flag, signal and exit code of the project.
+//!
+//! ```text
+//! command line ─▶ command ─▶ flags over file over defaults ─▶ one module a subcommand ─▶ outcome ─▶ exit code
+//!                             (config)                         family, detect, camera,    0 done
+//!                                                              service, watch, run        1 nothing found, 2 failed
+//! ```
+#![forbid(unsafe_code)]
+
+mod command;
+mod config;
+mod flags;
+mod outcome;
+mod output;
+mod tag_json;
+
+mod detect;
+mod family;
+
+fn main() -> std::process::ExitCode {
+    outcome::conclude(command::execute())
+}

@@ -1,0 +1,92 @@
+//! `tagbus family list`: the published families side by side.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+use tagbus_family::{Border, Family};
+
+use crate::outcome::{Failure, Outcome};
+use crate::output::Reader;
+use crate::tag_json::rounded;
+
+const HEADING: &str =
+    "name               codes  distance  bits  tag size / printed size  border    corrected by default";
+
+/// What the table says about a family.
+#[derive(Debug, Serialize)]
+pub(super) struct Summary<'a> {
+    name: &'a str,
+    codes: usize,
+    distance: u32,
+    bits: u32,
+    tag_cells: usize,
+    printed_cells: usize,
+    /// The tag size divided by the printed size.
+    ratio: f64,
+    border: &'static str,
+    corrected_by_default: u32,
+}
+
+impl<'a> Summary<'a> {
+    pub(super) fn of(family: &'a Family) -> Self {
+        let layout = family.layout();
+        let (tag_cells, printed_cells) = (layout.width_at_border(), layout.total_width());
+        Self {
+            name: family.name(),
+            codes: family.codes().len(),
+            distance: family.distance(),
+            bits: layout.bit_count(),
+            tag_cells,
+            printed_cells,
+            ratio: rounded(tag_cells as f64 / printed_cells as f64, 4),
+            border: border_name(layout.border()),
+            corrected_by_default: family.default_hamming(),
+        }
+    }
+
+    fn row(&self) -> String {
+        let Self { name, codes, distance, bits, border, .. } = self;
+        let cells = format!("{}/{}", self.tag_cells, self.printed_cells);
+        let ratio = format!("{cells:>5} cells = {:.3}", self.ratio);
+        format!(
+            "{name:<17}{codes:>7}  {distance:>8}  {bits:>4}  {ratio:<23}  {border:<8}  {}",
+            self.corrected_by_default
+        )
+    }
+}
+
+/// `normal` is black inside the border edge, `reversed` white inside.
+pub(super) fn border_name(border: Border) -> &'static str {
+    match border {
+        Border::Normal => "normal",
+        Border::Reversed => "reversed",
+    }
+}
+
+/// Writes the table, or a line of JSON a family.
+pub(super) fn execute(json: bool) -> Result<Outcome, Failure> {
+    let mut out = io::stdout().lock();
+    if !json {
+        writeln!(out, "{}", Reader::of_stdout().bold(HEADING))?;
+    }
+    for name in Family::PUBLISHED {
+        let family = Family::published(name)?;
+        let summary = Summary::of(&family);
+        let line = if json { serde_json::to_string(&summary)? } else { summary.row() };
+        writeln!(out, "{line}")?;
+    }
+    Ok(Outcome::Done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_stand_below_their_headings() {
+        let family = Family::published("tagStandard41h12").unwrap();
+        let row = Summary::of(&family).row();
+        assert_eq!(row, "tagStandard41h12    2115        12    41    5/9 cells = 0.556      reversed  2");
+        assert_eq!(row.find("reversed"), HEADING.find("border"));
+    }
+}

@@ -1,0 +1,84 @@
+//! `tagbus family`: what the published families are and what their tags look like.
+
+mod draw;
+mod explain;
+mod list;
+mod show;
+
+use std::str::FromStr;
+
+use clap::{Args, Subcommand};
+use serde::{Deserialize, Serialize};
+use tagbus_family::{Family, UnknownFamily};
+
+use crate::command::Invocation;
+use crate::outcome::{Failure, Outcome};
+
+/// Tag families: which there are, what they look like
+#[derive(Subcommand)]
+pub(crate) enum FamilyCommand {
+    /// All published families in a table
+    #[command(after_help = "Examples:\n  tagbus family list\n  tagbus family list --json")]
+    List {
+        #[command(flatten)]
+        flags: Format,
+    },
+    /// One family: layout, sizes, shape
+    #[command(
+        after_help = "Examples:\n  tagbus family show tagStandard41h12\n  tagbus family show 36h11 --json"
+    )]
+    Show {
+        /// The family, such as tag36h11 or 36h11
+        name: FamilyName,
+        #[command(flatten)]
+        flags: Format,
+    },
+    /// One tag: drawn in the terminal, its bits, its code
+    #[command(
+        after_help = "Examples:\n  tagbus family explain tag36h11 7\n  tagbus family explain tagCustom48h12 0 --json"
+    )]
+    Explain {
+        /// The family, such as tag36h11 or 36h11
+        name: FamilyName,
+        /// The tag's number in the family
+        id: u32,
+        #[command(flatten)]
+        flags: Format,
+    },
+}
+
+/// How answers are written.
+#[derive(Clone, Copy, Debug, Args, Serialize, Deserialize)]
+pub(crate) struct Format {
+    /// Answer in JSON, one line a family or tag
+    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
+        value_name = "BOOL", action = clap::ArgAction::Set)]
+    json: bool,
+}
+
+/// A published family, named in any of the ways.
+#[derive(Clone, Debug)]
+pub(crate) struct FamilyName(Family);
+
+impl FromStr for FamilyName {
+    type Err = UnknownFamily;
+
+    fn from_str(name: &str) -> Result<Self, UnknownFamily> {
+        Family::published(name).map(Self)
+    }
+}
+
+/// Does what was asked for.
+pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result<Outcome, Failure> {
+    let flags = match &command {
+        FamilyCommand::List { flags }
+        | FamilyCommand::Show { flags, .. }
+        | FamilyCommand::Explain { flags, .. } => *flags,
+    };
+    let Some(Format { json }) = invocation.in_force(flags)? else { return Ok(Outcome::Done) };
+    match command {
+        FamilyCommand::List { .. } => list::execute(json),
+        FamilyCommand::Show { name, .. } => show::execute(&name.0, json),
+        FamilyCommand::Explain { name, id, .. } => explain::execute(&name.0, id, json),
+    }
+}
