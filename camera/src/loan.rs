@@ -34,7 +34,7 @@ impl Loan {
     ) -> Result<Loan, LoanError> {
         let sample = publisher.loan_slice_uninit(payload_bytes(picture_bytes))?;
         // SAFETY: every byte of the payload is initialised and every value is a valid u8: the payload lies in POSIX shared
-        // memory, which the kernel hands out filled with zeros and in which afterwards only whole frames are written;
+        // memory, which the kernel hands out filled with zeros and into which afterwards only bytes are written;
         // iceoryx2 lends the slice without writing to it. The safe ways (`loan_slice`, `write_from_fn`) would write each
         // frame's memory once more before the frame itself is written.
         let mut sample = unsafe { sample.assume_init() };

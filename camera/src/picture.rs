@@ -19,6 +19,9 @@ pub use tagbus_message::frame::MAX_SIDE;
 use crate::grey;
 use crate::jpeg::{self, LumaDecoder, MarkerWalk, Walk};
 
+/// Bytes of a file that are read before it is known what it is.
+const READ_FIRST_BYTES: u64 = 1 << 16;
+
 /// A grey picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
@@ -130,7 +133,7 @@ pub(crate) fn peek_size(path: &Path) -> Result<(u32, u32), PictureError> {
 fn peek_jpeg_size(path: &Path, mut file: impl Read) -> Result<(u32, u32), PictureError> {
     let (mut bytes, mut walk) = (Vec::new(), MarkerWalk::default());
     loop {
-        let read = file.by_ref().take(1 << 16).read_to_end(&mut bytes);
+        let read = file.by_ref().take(READ_FIRST_BYTES).read_to_end(&mut bytes);
         let read = read.map_err(|error| PictureError::Io { path: path.into(), error })?;
         let result = walk.advance(&bytes);
         match walk.size {
@@ -177,13 +180,22 @@ impl PictureReader {
         self.path.clear();
         self.path.push(path);
         self.bytes.clear();
-        let read = fs::File::open(path).and_then(|mut file| file.read_to_end(&mut self.bytes));
-        read.map_err(|error| PictureError::Io { path: path.into(), error })?;
+        self.read(path).map_err(|error| PictureError::Io { path: path.into(), error })?;
         let (width, height) = if self.is_jpeg() { self.jpeg_size()? } else { self.other()?.dimensions() };
         match (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
             true => Ok((width, height)),
             false => Err(PictureError::Size { path: path.into(), width, height }),
         }
+    }
+
+    /// Reads the whole file if it starts like a picture; of any other, which may be huge, only the start.
+    fn read(&mut self, path: &Path) -> io::Result<()> {
+        let mut file = fs::File::open(path)?;
+        file.by_ref().take(READ_FIRST_BYTES).read_to_end(&mut self.bytes)?;
+        if self.is_jpeg() || readable_format(&self.bytes).is_some() {
+            file.read_to_end(&mut self.bytes)?;
+        }
+        Ok(())
     }
 
     /// Decodes the opened picture into `luma` (width x height bytes); the answer is the number of passes over whole pictures that
@@ -359,6 +371,24 @@ mod tests {
         // At quality 100 the codec rounds by a few grey levels at most.
         assert!(difference(&load_luma(&jpeg(&smooth, ExtendedColorType::L8)), &smooth) <= 3);
         assert!(difference(&load_luma(&jpeg(&colour, ExtendedColorType::Rgb8)), &expected) <= 3);
+    }
+
+    #[test]
+    fn jpeg_whose_colour_is_halved_in_height_only_gives_the_y_plane() {
+        // Made from red 8x+y, green 4x+3y, blue 200-2x-2y at quality 95, from top to bottom and from coarse to fine.
+        let files: [&[u8]; 2] = [
+            include_bytes!("../tests/pictures/tall_chroma.jpg"),
+            include_bytes!("../tests/pictures/tall_chroma_progressive.jpg"),
+        ];
+        for file in files {
+            let picture = load(file).unwrap();
+            assert_eq!((picture.width, picture.height), (24, 40));
+            for (index, value) in picture.luma.iter().enumerate() {
+                let (x, y) = ((index % 24) as u8, (index / 24) as u8);
+                let expected = grey::bt601(8 * x + y, 4 * x + 3 * y, 200 - 2 * x - 2 * y);
+                assert!(value.abs_diff(expected) <= 4, "({x},{y}): {value} for {expected}");
+            }
+        }
     }
 
     #[test]

@@ -73,3 +73,55 @@ impl FrameSource for RawSource {
         filled.map_err(|error| FrameError::Io { path: self.path.clone(), error })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_folder::TestFolder;
+    use tagbus_message::frame::{GREY, NV12};
+
+    fn play(source: &mut RawSource, damage: &mut Damage, limit: usize) -> Vec<u8> {
+        let mut frame = vec![0; source.largest().bytes()];
+        let mut first_bytes = Vec::new();
+        while first_bytes.len() < limit && source.next(&mut frame, damage).unwrap().is_some() {
+            first_bytes.push(frame[0]);
+        }
+        first_bytes
+    }
+
+    #[test]
+    fn frames_are_read_as_they_lie_and_a_cut_last_one_is_counted_in_each_pass() {
+        let folder = TestFolder::new("raw");
+        let content: Vec<u8> = (0..3 * 96 + 5).map(|index| (index / 96) as u8).collect();
+        let path = folder.file("frames", content);
+        let shape = FrameShape::new(NV12, 8, 8).unwrap();
+        let mut damage = Damage::default();
+        let mut once = RawSource::open(&path, shape, Repeat::Once).unwrap();
+        assert_eq!((play(&mut once, &mut damage, 9), damage.count), (vec![0, 1, 2], 1));
+        assert!(damage.last_reason.contains("5 of 96 bytes"), "{}", damage.last_reason);
+        let mut looped = RawSource::open(&path, shape, Repeat::Loop).unwrap();
+        assert_eq!((play(&mut looped, &mut damage, 7), damage.count), (vec![0, 1, 2, 0, 1, 2, 0], 3));
+    }
+
+    #[test]
+    fn a_file_shorter_than_a_frame_is_refused_with_both_numbers() {
+        let folder = TestFolder::new("raw");
+        let path = folder.file("frames", [0; 63]);
+        let refused =
+            RawSource::open(&path, FrameShape::new(GREY, 8, 8).unwrap(), Repeat::Once).err().unwrap();
+        assert!(
+            refused.to_string().contains("63 bytes") && refused.to_string().contains("has 64"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn a_file_that_shrinks_while_it_is_read_is_an_error() {
+        let folder = TestFolder::new("raw");
+        let path = folder.file("frames", [0; 128]);
+        let mut source = RawSource::open(&path, FrameShape::new(GREY, 8, 8).unwrap(), Repeat::Loop).unwrap();
+        folder.file("frames", [0; 10]);
+        let error = source.next(&mut [0; 64], &mut Damage::default()).unwrap_err();
+        assert!(matches!(error, FrameError::Io { .. }), "{error}");
+    }
+}

@@ -275,3 +275,81 @@ fn only_grey(source: &Source, options: &SourceOptions) -> Result<(), OpenError> 
         Some(format) => Err(OpenError::Format { source: source.to_string(), format }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_folder::{TestFolder, real_data};
+    use tagbus_message::frame::{NV12, YUYV};
+
+    fn refusal(source: &str, options: &SourceOptions) -> String {
+        let source: Source = source.parse().unwrap();
+        open(&source, options, &mut Damage::default()).err().unwrap().to_string()
+    }
+
+    fn sized(width: u32, height: u32, format: Option<Fourcc>) -> SourceOptions {
+        SourceOptions { width: Some(width), height: Some(height), format, ..SourceOptions::default() }
+    }
+
+    #[test]
+    fn every_kind_of_file_is_known_by_its_content_and_a_raw_file_by_its_format() {
+        let kinds = [
+            ("tags", SourceOptions::default(), "folder of pictures"),
+            ("raw/mjpeg__mjpeg.jpg", SourceOptions::default(), "one picture"),
+            ("raw/libvpl__cars_320x240.mjpeg", SourceOptions::default(), "video of JPEG frames"),
+            ("raw/wpical__short.avi", SourceOptions::default(), "video of JPEG frames"),
+            ("raw/libvpl__cars_320x240.nv12", sized(320, 240, Some(NV12)), "raw file"),
+        ];
+        for (file, options, description) in kinds {
+            let Some(path) = real_data(file) else { return };
+            let source = open(&Source::Replay(path), &options, &mut Damage::default()).unwrap();
+            assert_eq!(source.description(), description, "{file}");
+        }
+    }
+
+    #[test]
+    fn the_scene_comes_in_the_size_that_is_asked_for() {
+        let source = "scene:5".parse().unwrap();
+        let mut scene = open(&source, &sized(320, 200, None), &mut Damage::default()).unwrap();
+        assert_eq!(scene.largest(), FrameShape::grey(320, 200).unwrap());
+        let mut frames = [vec![0; 64_000], vec![0; 64_000]];
+        for frame in &mut frames {
+            let filled = scene.next(frame, &mut Damage::default()).unwrap().unwrap();
+            assert_eq!((filled.shape, filled.copies), (scene.largest(), 0));
+        }
+        assert_ne!(frames[0], frames[1]);
+    }
+
+    #[test]
+    fn what_cannot_be_opened_is_refused_with_the_reason_and_the_way_out() {
+        let none = SourceOptions::default();
+        let folder = TestFolder::new("source");
+        let text = folder.file("text", "hello").display().to_string();
+        let one_pixel = folder.file("one.pgm", b"P5 1 1 255\n\0").display().to_string();
+        let cases = [
+            ("replay:/no/such/path".to_string(), &none, "/no/such/path: cannot be read: No such file"),
+            (format!("replay:{}", folder.path().join("x").display()), &none, "No such file"),
+            (format!("replay:{text}"), &none, "a raw file needs --format, --width and --height"),
+            (
+                format!("replay:{text}"),
+                &SourceOptions { format: Some(YUYV), ..none.clone() },
+                "needs --width and --height",
+            ),
+            (format!("replay:{text}"), &sized(0, 0, Some(YUYV)), "frame of 0x0 pixels"),
+            (
+                format!("replay:{text}"),
+                &sized(640, 480, Some(YUYV)),
+                "5 bytes, but one frame of 640x480 YUYV has 614400",
+            ),
+            (format!("replay:{one_pixel}"), &none, "frame of 1x1 pixels"),
+            ("scene".to_string(), &sized(16_385, 480, None), "frame of 16385x480 pixels"),
+            ("scene".to_string(), &sized(640, 480, Some(NV12)), "scene: makes GREY frames, not NV12"),
+            ("v4l:/dev/video-none".to_string(), &none, "/dev/video-none: No such file"),
+            ("rpicam".to_string(), &none, "not part of this version"),
+        ];
+        for (source, options, expected) in cases {
+            let refused = refusal(&source, options);
+            assert!(refused.contains(expected), "{source}: {refused}");
+        }
+    }
+}
