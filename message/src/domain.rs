@@ -124,10 +124,9 @@ impl Domain {
     /// Passes the gate; an error about a file of another user names both users.
     pub(crate) fn enter(&self, company: Company) -> Result<Pass, DomainError> {
         let path = self.gate_path();
-        let entered = gate::enter(&path, company);
-        // A privileged user can open what is not his: so the owner is asked for in any case.
+        // A privileged user could open what is not his: so the owner is asked for in any case, and not after waiting.
         check_owner(&path, self.uid)?;
-        entered.map_err(|error| DomainError::io(path, error))
+        gate::enter(&path, company).map_err(|error| DomainError::io(path, error))
     }
 
     /// Makes the root, for this user only, and makes sure that every role has the same one.
@@ -370,6 +369,9 @@ mod tests {
             let mut pass = domain.enter(Company::Alone).unwrap();
             let error = domain.prepare(&mut pass).unwrap_err().to_string();
             assert!(error.contains("uid 12345") && error.contains(&format!("uid {own}")), "{error}");
+            std::os::unix::fs::chown(domain.gate_path(), Some(12345), None).unwrap();
+            let refused = domain.enter(Company::Shared).err().unwrap().to_string();
+            assert!(refused.contains("uid 12345") && refused.contains("--domain"), "{refused}");
             pass.remove().unwrap();
         }
         std::fs::remove_dir_all(&directory).unwrap();

@@ -1,11 +1,12 @@
 //! What travels with a frame, and the check that it tells the truth about the bytes beside it.
 
-use std::fmt;
 use std::mem::{offset_of, size_of};
 
 use iceoryx2::prelude::ZeroCopySend;
 
+pub use crate::capture::{CaptureKind, ClockKind};
 pub use crate::fourcc::{Fourcc, GREY, MJPG, NV12, NV21, UYVY, YU12, YUYV};
+pub use crate::header_error::HeaderError;
 
 /// The layout of [`FrameHeader`] that this code writes and reads.
 pub const FRAME_SCHEMA: u32 = 1;
@@ -124,80 +125,6 @@ const _: () = {
     assert!(offset_of!(FrameHeader, lost_damaged) == 152);
     assert!(offset_of!(FrameHeader, reserved) == 156);
 };
-
-/// Which clock a capture stamp was read from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ClockKind {
-    /// Not known: do not compare.
-    Unknown = 0,
-    /// `CLOCK_MONOTONIC`, as every other stamp.
-    Monotonic = 1,
-    /// The wall clock, `CLOCK_REALTIME`.
-    Realtime = 2,
-}
-
-impl ClockKind {
-    /// The clock of a code; codes of a newer version are [`ClockKind::Unknown`].
-    #[must_use]
-    pub fn from_code(code: u32) -> Self {
-        match code {
-            1 => Self::Monotonic,
-            2 => Self::Realtime,
-            _ => Self::Unknown,
-        }
-    }
-
-    /// The number in messages.
-    #[must_use]
-    pub fn code(self) -> u32 {
-        self as u32
-    }
-}
-
-/// The moment that a capture stamp marks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum CaptureKind {
-    /// Not known.
-    Unknown = 0,
-    /// The first line began to be exposed.
-    StartOfExposure = 1,
-    /// The last byte of the frame arrived.
-    EndOfFrame = 2,
-    /// No better moment is known than when the process got the frame.
-    Dequeue = 3,
-}
-
-impl CaptureKind {
-    /// The kind of a code; codes of a newer version are [`CaptureKind::Unknown`].
-    #[must_use]
-    pub fn from_code(code: u32) -> Self {
-        match code {
-            1 => Self::StartOfExposure,
-            2 => Self::EndOfFrame,
-            3 => Self::Dequeue,
-            _ => Self::Unknown,
-        }
-    }
-
-    /// The number in messages.
-    #[must_use]
-    pub fn code(self) -> u32 {
-        self as u32
-    }
-
-    /// The name in JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::StartOfExposure => "start_of_exposure",
-            Self::EndOfFrame => "end_of_frame",
-            Self::Dequeue => "dequeue",
-        }
-    }
-}
 
 /// Where the luma of a checked frame lies in its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -327,104 +254,6 @@ fn check_sides(width: u32, height: u32) -> Result<(), HeaderError> {
     }
 }
 
-/// What a frame header says that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum HeaderError {
-    /// The header is of another version.
-    Schema {
-        /// The version that the header names.
-        seen: u32,
-        /// The version that this code reads.
-        known: u32,
-    },
-    /// A side is too short or too long.
-    Size {
-        /// Pixels a row.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// A pixel format that is not raw or not known.
-    Format(Fourcc),
-    /// Not a quarter turn.
-    Rotation(u32),
-    /// Luma that is not 8 bits in 8 bits.
-    Depth {
-        /// Significant bits.
-        bit_depth: u8,
-        /// Bits in memory.
-        word_bits: u8,
-    },
-    /// The picture ends behind its payload.
-    Picture {
-        /// Where the picture begins.
-        data_offset: u32,
-        /// Bytes that it takes.
-        bytes_used: u64,
-        /// Bytes that are there.
-        payload_len: usize,
-    },
-    /// Another number of planes than the format has.
-    Planes {
-        /// Planes that the header names.
-        seen: u8,
-        /// Planes of the format.
-        needed: usize,
-    },
-    /// Rows of a plane overlap.
-    Stride {
-        /// Number of the plane.
-        plane: usize,
-        /// Bytes from row to row.
-        stride: u32,
-        /// Bytes that one row takes.
-        row_bytes: usize,
-    },
-    /// A plane ends behind its picture.
-    Plane {
-        /// Number of the plane.
-        plane: usize,
-        /// First byte behind the plane.
-        end: u64,
-        /// Bytes of the picture.
-        bytes_used: u64,
-    },
-}
-
-impl fmt::Display for HeaderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Schema { seen, known } => {
-                write!(f, "frame header of version {seen}, but this program reads version {known}")
-            }
-            Self::Size { width, height } => {
-                write!(f, "frame of {width}x{height} pixels: each side must be {MIN_SIDE} to {MAX_SIDE}")
-            }
-            Self::Format(fourcc) => {
-                write!(f, "pixel format {fourcc} is not one of GREY, NV12, NV21, YU12, YUYV and UYVY")
-            }
-            Self::Rotation(degrees) => write!(f, "rotation of {degrees} degrees: use 0, 90, 180 or 270"),
-            Self::Depth { bit_depth, word_bits } => {
-                write!(f, "luma of {bit_depth} bits in {word_bits}: only 8 in 8 is supported")
-            }
-            Self::Picture { data_offset, bytes_used, payload_len } => write!(
-                f,
-                "picture of {bytes_used} bytes from byte {data_offset} does not fit a payload of {payload_len} bytes"
-            ),
-            Self::Planes { seen, needed } => write!(f, "{seen} planes, but the format has {needed}"),
-            Self::Stride { plane, stride, row_bytes } => {
-                write!(f, "rows of plane {plane} are {stride} bytes apart but take {row_bytes} bytes")
-            }
-            Self::Plane { plane, end, bytes_used } => {
-                write!(f, "plane {plane} ends at byte {end}, but the picture has {bytes_used} bytes")
-            }
-        }
-    }
-}
-
-impl std::error::Error for HeaderError {}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -508,20 +337,5 @@ mod tests {
         assert!(says(FrameHeader { bit_depth: 10, ..good }).contains("10 bits"));
         assert!(says(FrameHeader { plane_count: 2, ..good }).contains("2 planes"));
         assert!(says(FrameHeader { rotation_degrees: 45, ..good }).contains("45"));
-    }
-
-    #[test]
-    fn codes_of_kinds_come_back() {
-        for kind in [
-            CaptureKind::Unknown,
-            CaptureKind::StartOfExposure,
-            CaptureKind::EndOfFrame,
-            CaptureKind::Dequeue,
-        ] {
-            assert_eq!(CaptureKind::from_code(kind.code()), kind);
-        }
-        for clock in [ClockKind::Unknown, ClockKind::Monotonic, ClockKind::Realtime] {
-            assert_eq!(ClockKind::from_code(clock.code()), clock);
-        }
     }
 }

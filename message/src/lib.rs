@@ -24,12 +24,14 @@
 #![forbid(unsafe_code)]
 
 pub mod bus;
+mod capture;
 pub mod clock;
 pub mod detection;
 pub mod domain;
 pub mod fourcc;
 pub mod frame;
 mod gate;
+mod header_error;
 pub mod info;
 pub mod ports;
 pub mod qos;

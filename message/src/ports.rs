@@ -25,6 +25,7 @@ use crate::detection::{DetectionsHeader, TagDetection};
 use crate::frame::FrameHeader;
 use crate::info::CameraInfo;
 use crate::qos::{self, Reserved, TopicQos};
+use crate::sweep;
 use crate::topics;
 
 /// States a quality of service on one of iceoryx2's builders, whose types differ with payload and header.
@@ -86,6 +87,12 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     #[must_use]
     pub fn reserved(&self) -> Reserved {
         self.reserved
+    }
+
+    /// Bytes of the reserved memory that were ever written and so take room; `None` when the system does not say.
+    #[must_use]
+    pub fn touched_bytes(&self) -> Option<u64> {
+        sweep::bytes_in_use(self.bus.domain(), &format!("_{}.data", self.publisher.id().value()))
     }
 
     /// The place on the bus that the topic was made from.

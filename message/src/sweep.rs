@@ -17,6 +17,8 @@ pub(crate) const GATE_NAME: &str = "gate";
 /// iceoryx2's directories within a root.
 const SERVICES: &str = "services";
 const NODES: &str = "nodes";
+/// Bytes of the unit in which Linux counts a file's room.
+const BLOCK: u64 = 512;
 /// Owner may write: iceoryx2 takes this bit away when a topic's description is complete.
 const OWNER_WRITE: u32 = 0o200;
 
@@ -96,6 +98,13 @@ pub(crate) fn shared_memory_of(domain: &Domain) -> io::Result<Vec<String>> {
         .filter(|entry| is_of(domain, &entry.file_name()) && own(entry))
         .filter_map(|entry| entry.file_name().into_string().ok());
     Ok(names.collect())
+}
+
+/// Room that the domain's shared memory file with this end of its name takes.
+pub(crate) fn bytes_in_use(domain: &Domain, end: &str) -> Option<u64> {
+    let name = shared_memory_of(domain).ok()?.into_iter().find(|name| name.ends_with(end))?;
+    let metadata = fs::metadata(Path::new(SHARED_MEMORY).join(name)).ok()?;
+    Some(metadata.blocks() * BLOCK)
 }
 
 /// Removes descriptions of topics that nobody will ever complete or use, which iceoryx2 does not do by itself:

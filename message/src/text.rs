@@ -12,7 +12,7 @@ pub fn write(field: &mut [u8], text: &str) -> Result<(), TextTooLong> {
     Ok(())
 }
 
-/// As [`write`], but a text that is too long loses its end, at a character's boundary.
+/// As [`write()`], but a text that is too long loses its end, at a character's boundary.
 pub fn write_cut(field: &mut [u8], text: &str) {
     let mut end = text.len().min(field.len());
     while !text.is_char_boundary(end) {

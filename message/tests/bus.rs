@@ -68,6 +68,17 @@ fn a_frame_arrives_byte_for_byte_with_its_header() {
 }
 
 #[test]
+fn memory_is_reserved_at_once_and_takes_room_when_it_is_written() {
+    let ground = Ground::new();
+    let out = ground.bus("camera cam0").create_frames("cam0", &qos::FRAMES, 1 << 20).unwrap();
+    let before = out.touched_bytes().unwrap();
+    out.publisher().loan_slice(1 << 20).unwrap().send().unwrap();
+    let after = out.touched_bytes().unwrap();
+    assert!(after >= before + (1 << 20), "{before} then {after}");
+    assert!(out.reserved().bytes() > 30 << 20 && after < out.reserved().bytes() as u64);
+}
+
+#[test]
 fn both_variants_of_iceoryx2_talk_to_each_other() {
     let ground = Ground::new();
     let out = ground.bus("detector").create_detections("cam0", "main", 8).unwrap();

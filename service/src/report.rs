@@ -17,6 +17,8 @@ pub enum Report {
     Ready {
         /// Memory of the detections topic.
         reserved: Reserved,
+        /// Bytes of it that take room already.
+        touched: u64,
     },
     /// The camera's frames topic was found.
     Connected,
@@ -48,7 +50,10 @@ pub enum Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Ready { reserved } => write!(f, "detections: {reserved}; waiting for the camera"),
+            Self::Ready { reserved, touched } => {
+                let megabytes = *touched as f64 / 1e6;
+                write!(f, "detections: {reserved} ({megabytes:.1} MB so far); waiting for the camera")
+            }
             Self::Connected => write!(f, "connected to the camera"),
             Self::Refused { sequence, reason, total } => {
                 write!(f, "frame {sequence} skipped: {reason} ({total} refused so far)")

@@ -56,7 +56,8 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<(), ServiceE
     let role = format!("detector {} of {}", place.detector, place.camera);
     let bus = Bus::<Local>::start(&place.domain, &role, stop)?;
     let out = bus.create_detections(&place.camera, &place.detector, place.max_tags)?;
-    search.tell(&Report::Ready { reserved: out.reserved() });
+    let touched = out.touched_bytes().unwrap_or(0);
+    search.tell(&Report::Ready { reserved: out.reserved(), touched });
     loop {
         let frames = bus.open_frames(&place.camera, qos::DETECTOR_FRAME_BUFFER, Patience::Endless)?;
         search.tell(&Report::Connected);
