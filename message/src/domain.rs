@@ -113,6 +113,14 @@ impl Domain {
         sweep::shared_memory_of(self)
     }
 
+    /// Removes what killed roles left if no role lives. Roles do this by themselves when they start and end; this is
+    /// for a supervisor that had to kill the last of them.
+    pub fn clean_up_if_unused(&self) -> Result<(), DomainError> {
+        let pass = self.enter(Company::Alone)?;
+        sweep::end_if_last(self, pass);
+        Ok(())
+    }
+
     pub(crate) fn keeps_root(&self) -> bool {
         self.keeps_root
     }

@@ -145,7 +145,6 @@ fn entries(directory: &Path) -> impl Iterator<Item = DirEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gate::Company;
     use std::os::unix::fs::PermissionsExt;
     use std::time::{Duration, SystemTime};
 
@@ -192,7 +191,7 @@ mod tests {
         let neighbour = Path::new(SHARED_MEMORY).join(format!("{}_b_1.data", domain.prefix()));
         fs::write(&shared, "x").unwrap();
         fs::write(&neighbour, "x").unwrap();
-        end_if_last(&domain, domain.enter(Company::Alone).unwrap());
+        domain.clean_up_if_unused().unwrap();
         assert!(!shared.exists() && neighbour.exists() && stranger.exists());
         assert!(domain.leftovers().unwrap().is_empty());
         assert!(!domain.root().join(SERVICES).exists());

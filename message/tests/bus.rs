@@ -176,6 +176,16 @@ fn a_late_subscriber_gets_the_last_information() {
 }
 
 #[test]
+fn cleaning_an_inhabited_domain_takes_nothing_away() {
+    let ground = Ground::new();
+    let out = ground.bus("camera cam0").create_frames("cam0", &qos::FRAMES, 64).unwrap();
+    ground.domain.clean_up_if_unused().unwrap();
+    let input = ground.bus("viewer").open_frames("cam0", 1, Patience::AtMost(WATCHDOG)).unwrap();
+    out.publisher().loan_slice(1).unwrap().send().unwrap();
+    assert!(input.newest().unwrap().is_some());
+}
+
+#[test]
 fn what_the_dead_left_half_made_is_mended() {
     let ground = Ground::new();
     let witness = ground.bus("witness");
