@@ -7,11 +7,15 @@ use clap::{ArgMatches, Args, Command as ClapCommand, CommandFactory, FromArgMatc
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::camera::CameraCommand;
 use crate::config::{self, File};
 use crate::detect::DetectCommand;
 use crate::family::FamilyCommand;
 use crate::outcome::{Failure, Outcome};
-use crate::{detect, family};
+use crate::run::RunCommand;
+use crate::service::ServiceCommand;
+use crate::watch::WatchCommand;
+use crate::{camera, detect, family, run, service, watch};
 
 /// A perception bus for AprilTags: frames in shared memory, tags a few microseconds after the detector knows them.
 #[derive(Parser)]
@@ -37,10 +41,17 @@ struct Common {
     /// Show what is in force, as a configuration file, and end
     #[arg(long, global = true)]
     print_config: bool,
+    /// End with this parent process, whose number it is; how `tagbus run` starts its processes
+    #[arg(long, value_name = "PID", global = true, hide = true)]
+    die_with_parent: Option<i32>,
 }
 
 #[derive(Subcommand)]
 enum Command {
+    Run(RunCommand),
+    Camera(CameraCommand),
+    Service(ServiceCommand),
+    Watch(WatchCommand),
     Detect(DetectCommand),
     #[command(subcommand)]
     Family(FamilyCommand),
@@ -51,6 +62,7 @@ pub(crate) struct Invocation<'a> {
     given: &'a ArgMatches,
     file: File,
     print_config: bool,
+    parent: Option<i32>,
 }
 
 /// Reads the command line and does what it says.
@@ -61,8 +73,13 @@ pub(crate) fn execute() -> Result<Outcome, Failure> {
         given: innermost(&given),
         file: File::find(line.common.config.as_deref(), &known_keys(&CommandLine::command()))?,
         print_config: line.common.print_config,
+        parent: line.common.die_with_parent,
     };
     match line.command {
+        Command::Run(command) => run::execute(command, &invocation),
+        Command::Camera(command) => camera::execute(command, &invocation),
+        Command::Service(command) => service::execute(command, &invocation),
+        Command::Watch(command) => watch::execute(command, &invocation),
         Command::Detect(command) => detect::execute(command, &invocation),
         Command::Family(command) => family::execute(command, &invocation),
     }
@@ -81,6 +98,11 @@ impl Invocation<'_> {
         let text = config::print(&flags, &self.file)?;
         std::io::stdout().lock().write_all(text.as_bytes())?;
         Ok(None)
+    }
+
+    /// The process with whose end this one has to end.
+    pub(crate) fn parent(&self) -> Option<i32> {
+        self.parent
     }
 }
 

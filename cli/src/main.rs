@@ -12,10 +12,15 @@ mod config;
 mod flags;
 mod outcome;
 mod output;
+mod role;
 mod tag_json;
 
+mod camera;
 mod detect;
 mod family;
+mod run;
+mod service;
+mod watch;
 
 fn main() -> std::process::ExitCode {
     outcome::conclude(command::execute())

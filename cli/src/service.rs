@@ -1,0 +1,53 @@
+//! `tagbus service`: frames in, detections out.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+use tagbus_service::{ServiceConfig, run};
+
+use crate::command::Invocation;
+use crate::flags::{BusFlags, DetectorFlags, DetectorName};
+use crate::outcome::{Failure, Outcome, complain};
+use crate::role;
+
+/// Find tags in the frames of a camera and publish them
+#[derive(Args)]
+#[command(after_help = "Examples:
+  tagbus service
+  tagbus service --camera cam1 --family tagStandard41h12,tag36h11 --decimate 1
+  tagbus service --detector near --decimate 3 --ids 1-20
+
+The camera may start later, end, and start again.")]
+pub(crate) struct ServiceCommand {
+    #[command(flatten)]
+    flags: ServiceFlags,
+}
+
+/// Everything that a service is told.
+#[derive(Clone, Debug, Args, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct ServiceFlags {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) bus: BusFlags,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) name: DetectorName,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) detector: DetectorFlags,
+}
+
+/// Detects until somebody ends it.
+pub(crate) fn execute(command: ServiceCommand, invocation: &Invocation) -> Result<Outcome, Failure> {
+    let Some(flags) = invocation.in_force(command.flags)? else { return Ok(Outcome::Done) };
+    let stop = role::stop(invocation.parent())?;
+    let settings = flags.detector.settings()?;
+    let mut config = ServiceConfig::new(flags.bus.domain()?, flags.detector.family.0);
+    config.camera = flags.bus.camera;
+    config.detector = flags.name.detector;
+    config.settings = settings;
+    let role = format!("detector {} of {}", config.detector, config.camera);
+    config.report = Box::new(move |report| complain(format_args!("{role}: {report}")));
+    run(config, stop)?;
+    Ok(Outcome::Done)
+}
