@@ -40,6 +40,13 @@ impl<'a> Sampled<'a> {
             factor: factor as f64,
         }
     }
+
+    /// A value and the one on its right.
+    #[inline(always)]
+    pub(crate) fn pair(&self, x: usize, y: usize) -> [u8; 2] {
+        let pair = &self.bytes[y * self.row_stride + x * self.step..][..self.step + 1];
+        [pair[0], pair[self.step]]
+    }
 }
 
 impl Raster for Sampled<'_> {

@@ -26,7 +26,7 @@ impl Contour {
     pub(super) fn fill<R: Raster>(&mut self, edges: &Edges<R>, profile: &Profile) {
         let rows = profile.spans.len();
         self.clear(rows);
-        let span = |row: usize| profile.spans[row].map(usize::from);
+        let span = |row: usize| [usize::from(profile.spans[row][0]), usize::from(profile.spans[row][1])];
         let y_of = |row: usize| profile.top + row;
         for x in span(0)[0]..span(0)[1] {
             self.look(edges, [x, y_of(0)], [x, y_of(0).wrapping_sub(1)]);

@@ -129,7 +129,8 @@ fn steep_side<R: Raster>(points: &mut Points<R>, profile: &Profile, from: [f32; 
     let slope = (to[0] - from[0]) / (to[1] - from[1]);
     let goes_down = to[1] > from[1];
     for y in first_row..=last_row {
-        let [left, right] = profile.spans[y - profile.top].map(usize::from);
+        let [left, right] = profile.spans[y - profile.top];
+        let (left, right) = (usize::from(left), usize::from(right));
         let expected = from[0] + cx + slope * (y as f32 + 0.5 - cy - from[1]);
         if goes_down {
             points.look([right - 1, y], [right, y], right as f32 - expected);

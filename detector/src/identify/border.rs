@@ -130,7 +130,7 @@ impl Ring {
             products[0] += x * value;
             products[1] += y * value;
         }
-        GreyPlane { slope: products.map(|product| product / squares), middle, half: self.half }
+        GreyPlane { slope: [products[0] / squares, products[1] / squares], middle, half: self.half }
     }
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use super::reader::Reader;
 use super::sample::Frame;
 use tagbus_family::Border;
 
-/// The window across the edge: this share of a cell, this many pixels of the search grid, never less than the last.
+/// The window across the edge: this share of a cell, at most this many pixels of the search grid, never less than the last.
 const WINDOW: (f64, f64, f64) = (0.5, 2.0, 0.6);
 /// Levels are taken at the cells' centres, but not further from the edge than this many pixels: glare and shading make
 /// far levels unequal.
@@ -28,6 +28,8 @@ const FAR: f64 = 1.5;
 const NEAR: f64 = 0.75;
 /// A smaller difference between the levels on both sides is no edge, grey levels.
 const LEAST_STEP: f32 = 3.0;
+/// Corners that move less than this in a round have settled, pixels.
+const SETTLED: f64 = 0.03;
 /// A corner that moves further than this many pixels of the search grid, and these besides, has gone astray.
 const FARTHEST_MOVE: (f64, f64) = (2.0, 2.0);
 
@@ -41,14 +43,22 @@ pub(crate) fn refine(
 ) -> Option<[[f64; 2]; 4]> {
     let rounds = if factor > 1.0 { 3 } else { 2 };
     let mut refined = *corners;
-    for _ in 0..rounds {
+    for round in 0..rounds {
+        // Once refined, corners are as near as those of an undecimated search.
+        let reach = if round == 0 { WINDOW.1 * factor } else { WINDOW.1 };
         let homography = Homography::from_square(&refined, reader.width)?;
         let mut lines = [SideLine::default(); 4];
         for (k, line) in lines.iter_mut().enumerate() {
-            *line = refine_side(frame, reader, &homography, &refined, k, factor)?;
+            *line = refine_side(frame, reader, &homography, &refined, k, reach)?;
         }
+        let mut moved = 0.0f64;
         for k in 0..4 {
-            refined[k] = lines[(k + 3) % 4].meet(&lines[k])?;
+            let corner = lines[(k + 3) % 4].meet(&lines[k])?;
+            moved = moved.max((corner[0] - refined[k][0]).abs()).max((corner[1] - refined[k][1]).abs());
+            refined[k] = corner;
+        }
+        if moved < SETTLED {
+            break;
         }
     }
     let stayed = |k: usize| {
@@ -97,19 +107,19 @@ fn refine_side(
     homography: &Homography,
     corners: &[[f64; 2]; 4],
     k: usize,
-    factor: f64,
+    reach: f64,
 ) -> Option<SideLine> {
     let side = measure_side(frame, reader, homography, corners, k)?;
-    let window = (WINDOW.0 * side.cell).min(WINDOW.1 * factor).max(WINDOW.2);
+    let window = (WINDOW.0 * side.cell).min(reach).max(WINDOW.2);
     let count = ((side.length / 2.0) as usize).clamp(PROFILES.0, PROFILES.1);
     let end = (0.5 * side.cell).min(0.12 * side.length).min(END) / side.length;
     let mut points = [[0.0f64; 2]; PROFILES.1];
     let mut found = 0;
     for i in 0..count {
         let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
-        let foot = [0, 1].map(|a| side.from[a] + t * (side.to[a] - side.from[a]));
+        let foot = along(side.from, side.to, t);
         if let Some(shift) = crossing(frame, &side, foot, window) {
-            points[found] = [0, 1].map(|a| foot[a] + shift * side.outwards[a]);
+            points[found] = beside(foot, side.outwards, shift);
             found += 1;
         }
     }
@@ -139,10 +149,10 @@ fn measure_side(
         let across = ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
         cell += across;
         let nearer = (LEVEL_REACH / (0.5 * across)).min(1.0);
-        let level = |p: [f64; 2], q: [f64; 2]| {
-            frame.at([0, 1].map(|a| 0.5 * (p[a] + q[a]) + 0.5 * nearer * (p[a] - q[a])))
-        };
-        if let (Some(w), Some(b)) = (level(w, b), level(b, w)) {
+        // Half-way between the two cells lies the edge.
+        let (towards_white, towards_black) = (0.5 - 0.5 * nearer, 0.5 + 0.5 * nearer);
+        let (w, b) = (along(w, b, towards_white), along(w, b, towards_black));
+        if let (Some(w), Some(b)) = (frame.at(w), frame.at(b)) {
             white += w;
             black += b;
             samples += 1.0;
@@ -163,21 +173,41 @@ fn measure_side(
 fn crossing(frame: &Frame, side: &Side, foot: [f64; 2], window: f64) -> Option<f64> {
     let half = ((window / STEP).ceil() as usize).min(MOST_ACROSS / 2);
     let step = window / half as f64;
+    let (first, last) = (beside(foot, side.outwards, -window), beside(foot, side.outwards, window));
+    if !frame.contains(first) || !frame.contains(last) {
+        return None;
+    }
+    let (x, y) = (first[0] as f32, first[1] as f32);
+    let (dx, dy) = ((side.outwards[0] * step) as f32, (side.outwards[1] * step) as f32);
+    let level = |i: usize| {
+        let value = frame.inside(x + i as f32 * dx, y + i as f32 * dy);
+        (value - side.half_way) * side.sign
+    };
     let mut nearest: Option<f64> = None;
-    let mut before: Option<f32> = None;
-    for i in 0..=2 * half {
-        let shift = (i as f64 - half as f64) * step;
-        let value = frame.at([foot[0] + shift * side.outwards[0], foot[1] + shift * side.outwards[1]])?;
-        let above = (value - side.half_way) * side.sign;
-        if let Some(before) = before.filter(|before| *before <= 0.0 && above > 0.0) {
-            let place = shift - step * f64::from(above / (above - before));
+    let mut before = level(0);
+    for i in 1..=2 * half {
+        let above = level(i);
+        if before <= 0.0 && above > 0.0 {
+            let place = (i as f64 - half as f64 - f64::from(above / (above - before))) * step;
             if nearest.is_none_or(|nearest| place.abs() < nearest.abs()) {
                 nearest = Some(place);
             }
         }
-        before = Some(above);
+        before = above;
     }
     nearest
+}
+
+/// The point `share` of the way from one point to another.
+#[inline(always)]
+fn along(from: [f64; 2], to: [f64; 2], share: f64) -> [f64; 2] {
+    [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
+}
+
+/// The point `distance` from another in a direction.
+#[inline(always)]
+fn beside(point: [f64; 2], direction: [f64; 2], distance: f64) -> [f64; 2] {
+    [point[0] + distance * direction[0], point[1] + distance * direction[1]]
 }
 
 /// The line through points, by total least squares with the weight of far points reduced.

@@ -26,21 +26,37 @@ impl<'a> Frame<'a> {
         self.pixels.at(column, row)
     }
 
+    /// Whether a point lies between the outermost pixel centres, so that it has a grey value.
+    #[inline(always)]
+    pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
+        let (x, y) = (point[0] as f32 - 0.5, point[1] as f32 - 0.5);
+        x >= 0.0 && y >= 0.0 && x < self.last[0] && y < self.last[1]
+    }
+
     /// The grey value at a point, bilinear between the four pixel centres around it (paper III-E). `None` outside of the
     /// outermost pixel centres.
     #[inline(always)]
     pub(crate) fn at(&self, point: [f64; 2]) -> Option<f32> {
-        let (x, y) = (point[0] as f32 - 0.5, point[1] as f32 - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < self.last[0] && y < self.last[1]) {
-            return None;
-        }
+        self.contains(point).then(|| self.inside(point[0] as f32, point[1] as f32))
+    }
+
+    /// The grey value at a point that the frame contains.
+    #[inline(always)]
+    pub(crate) fn inside(&self, x: f32, y: f32) -> f32 {
+        let (x, y) = (x - 0.5, y - 0.5);
         let (column, row) = (x as usize, y as usize);
         let (right, down) = (x - column as f32, y - row as f32);
-        let value = |dx: usize, dy: usize| f32::from(self.pixels.at(column + dx, row + dy));
-        let upper = value(0, 0) + (value(1, 0) - value(0, 0)) * right;
-        let lower = value(0, 1) + (value(1, 1) - value(0, 1)) * right;
-        Some(upper + (lower - upper) * down)
+        let upper = between(self.pixels.pair(column, row), right);
+        let lower = between(self.pixels.pair(column, row + 1), right);
+        upper + (lower - upper) * down
     }
+}
+
+/// The value `share` of the way from one pixel to the next.
+#[inline(always)]
+fn between([left, right]: [u8; 2], share: f32) -> f32 {
+    let (left, right) = (f32::from(left), f32::from(right));
+    left + (right - left) * share
 }
 
 #[cfg(test)]
