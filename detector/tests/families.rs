@@ -4,7 +4,7 @@
 mod common;
 
 use common::{READABLE, decimated, random_case, worst_corner};
-use tagbus_detector::Detector;
+use tagbus_detector::{Detector, LumaView};
 use tagbus_family::Family;
 use tagbus_scene::Stream;
 
@@ -14,12 +14,14 @@ const CASES: u32 = 200;
 const CORNER_TOLERANCE_PX: f64 = 1.0;
 
 fn every_case_is_found(name: &str) {
-    let family = Family::published(name).unwrap();
-    let mut detector = Detector::new(std::slice::from_ref(&family), &decimated(1.0)).unwrap();
+    let family = Family::published(name).expect("a published name");
+    let mut detector =
+        Detector::new(std::slice::from_ref(&family), &decimated(1.0)).expect("possible settings");
     let mut random = Stream::new(0x7a6 + u64::from(family.layout().bit_count()));
     for case in 0..CASES {
         let picture = random_case(&family, &READABLE, case % 4, &mut random);
-        let view = tagbus_detector::LumaView::grey(&picture.luma, picture.width, picture.height).unwrap();
+        let view =
+            LumaView::grey(&picture.luma, picture.width, picture.height).expect("the picture fits its bytes");
         let found = detector.detect(&view);
         let right = found.iter().filter(|tag| tag.id == picture.id).collect::<Vec<_>>();
         assert_eq!(

@@ -12,14 +12,15 @@ const WIDTH: usize = 640;
 const HEIGHT: usize = 480;
 
 fn scene(seed: u64) -> Scene {
-    Scene::new(SceneConfig { width: WIDTH, height: HEIGHT, seed, ..SceneConfig::default() }).unwrap()
+    Scene::new(SceneConfig { width: WIDTH, height: HEIGHT, seed, ..SceneConfig::default() })
+        .expect("a plain configuration")
 }
 
 fn families_of(scene: &Scene) -> Vec<Family> {
     let mut names: Vec<String> = scene.truth(0).into_iter().map(|tag| tag.family.to_string()).collect();
     names.sort();
     names.dedup();
-    names.iter().map(|name| Family::published(name).unwrap()).collect()
+    names.iter().map(|name| Family::published(name).expect("the scene shows published families")).collect()
 }
 
 fn rendered(scene: &Scene, frame: u64) -> Vec<u8> {
@@ -134,9 +135,9 @@ fn only_allowed_ids_are_reported() {
 fn hostile(kind: usize, width: usize, height: usize, random: &mut Stream) -> Vec<u8> {
     let pitch = 1 << (kind % 5);
     let pixel = |x: usize, y: usize, random: &mut Stream| match kind {
-        0..5 => 255 * u8::from((x / pitch + y / pitch) % 2 == 0),
-        5 => 255 * u8::from(x / 2 % 2 == 0),
-        6 => 255 * u8::from(y / 2 % 2 == 0),
+        0..5 => 255 * u8::from((x / pitch + y / pitch).is_multiple_of(2)),
+        5 => 255 * u8::from((x / 2).is_multiple_of(2)),
+        6 => 255 * u8::from((y / 2).is_multiple_of(2)),
         7 => random.bits() as u8,
         8 => (x + y) as u8,
         _ => 255 * u8::from((x ^ y) & 8 == 0),

@@ -286,6 +286,7 @@ mod tests {
         points[3][1] = 4.0;
         let line = robust_line(&points);
         let off = (line.point[1] - 2.0).abs() + line.along[1].abs() * 15.0;
-        assert!(off < 0.05, "off by {off} px");
+        // Without weights it is 0.22 px.
+        assert!(off < 0.1, "off by {off} px");
     }
 }
