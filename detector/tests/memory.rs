@@ -1,6 +1,7 @@
 //! No second picture is ever made, and after warm-up nothing is allocated.
 
 #![allow(unsafe_code, reason = "a global allocator that counts cannot be written without")]
+#![allow(clippy::unwrap_used, reason = "the whole file is one test")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
