@@ -1,4 +1,4 @@
-//! Lines through weighted points (paper III-D, by the smaller eigenvalue of the covariance).
+//! Lines through weighted points (paper III-C, by the smaller eigenvalue of the covariance).
 
 use super::rules::PARALLEL_SINE;
 

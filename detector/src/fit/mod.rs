@@ -3,7 +3,7 @@
 //! Everything that can be refused is refused on the row profile, before a pixel is read: a ragged outline, one whose
 //! four extreme points do not hold its area, one that strays from the sides of these four. Then each side's line is
 //! fitted to the places where the grey values cross the threshold, which are edges to a fraction of a pixel; corners are
-//! where the lines meet (paper III-D fits lines to boundary points; here the crossings take their place).
+//! where the lines meet (paper III-C fits lines to boundary points; here the crossings take their place).
 
 mod contour;
 mod corners;

@@ -1,4 +1,4 @@
-//! Reading the bits (paper III-E): sampling, sharpening, look-up.
+//! Reading the bits (paper III-D): sampling, sharpening, look-up.
 
 use tagbus_family::Found;
 

@@ -1,4 +1,4 @@
-//! Plane-to-plane maps (paper III-D): from a square to the quad that it is seen as.
+//! Plane-to-plane maps (paper III-C): from a square to the quad that it is seen as.
 
 use nalgebra::Matrix3;
 

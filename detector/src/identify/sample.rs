@@ -33,7 +33,7 @@ impl<'a> Frame<'a> {
         x >= 0.0 && y >= 0.0 && x < self.last[0] && y < self.last[1]
     }
 
-    /// The grey value at a point, bilinear between the four pixel centres around it (paper III-E). `None` outside of the
+    /// The grey value at a point, bilinear between the four pixel centres around it (paper III-D). `None` outside of the
     /// outermost pixel centres.
     #[inline(always)]
     pub(crate) fn at(&self, point: [f64; 2]) -> Option<f32> {

@@ -11,7 +11,7 @@
 //! with eight parameters of the map from pixels to cells, a plane each for offset and gain, two blur widths and the
 //! bloom (how far white has grown). Gauss-Newton with a robust weight needs three steps from refined corners.
 //!
-//! Measured on rendered tags: `docs/detector.md`.
+//! What it gives on rendered tags: `bench/record/corners.md`.
 
 mod blur;
 mod model;
