@@ -51,15 +51,20 @@ fn summary(rows: &[Row]) -> String {
     }
 }
 
-/// Writes `path` (Markdown: what was measured on, the table) and the same figures as CSV beside it.
+/// Writes the table of `rows` as a page, and the same figures as CSV beside it.
 pub(crate) fn write(path: &Path, rows: &[Row], rounds: usize) -> io::Result<()> {
-    let date = humantime::format_rfc3339_seconds(SystemTime::now());
-    let facts: String = machine::facts().into_iter().map(|fact| format!("* {fact}\n")).collect();
-    let title = "# CPU time per picture, detectors interleaved, one thread pinned to one core\n";
-    let text =
-        format!("{title}\n* date: {date}\n* rounds: {rounds} after one warm-up\n{facts}\n{}", table(rows));
-    fs::write(path, text)?;
+    let how =
+        format!("detectors interleaved, one thread pinned to one core, {rounds} rounds after one warm-up");
+    write_page(path, "CPU time per picture", &how, &table(rows))?;
     fs::write(path.with_extension("csv"), csv(rows))
+}
+
+/// Writes a page: title, date, how and on what was measured, the table.
+pub(crate) fn write_page(path: &Path, title: &str, how: &str, table: &str) -> io::Result<()> {
+    let date = humantime::format_rfc3339_seconds(SystemTime::now());
+    let version = env!("CARGO_PKG_VERSION");
+    let facts: String = machine::facts().into_iter().map(|fact| format!("* {fact}\n")).collect();
+    fs::write(path, format!("# {title}\n\n* date: {date}\n* tagbus {version}: {how}\n{facts}\n{table}"))
 }
 
 fn csv(rows: &[Row]) -> String {
