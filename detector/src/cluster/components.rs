@@ -50,9 +50,10 @@ pub(super) fn keep_components(
 ) {
     merge_extents(labels);
     components.clear();
-    labels.slot.resize(labels.parent.len(), 0);
+    let count = labels.count();
+    labels.slot.resize(count, 0);
     let mut offset = Profiles::FIRST.max(plane.height) as u32;
-    for label in 0..labels.parent.len() {
+    for label in 0..count {
         let root = labels.parent[label] as usize;
         if root != label {
             labels.slot[label] = labels.slot[root];
@@ -74,7 +75,7 @@ pub(super) fn keep_components(
 
 /// Makes every label point at its root and adds its extent there. Parents are smaller, so one pass upwards is enough.
 fn merge_extents(labels: &mut Labels) {
-    for label in 0..labels.parent.len() {
+    for label in 0..labels.count() {
         let parent = labels.parent[label] as usize;
         if parent != label {
             let root = labels.parent[parent];

@@ -1,7 +1,7 @@
 //! Which runs belong together: one pass over the rows with union by smaller label.
 
 use super::Plane;
-use super::runs::{Ranks, Runs};
+use super::runs::{Columns, Ranks, Runs};
 
 /// How pixels of a plane connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,11 @@ pub(super) struct Extent {
 }
 
 impl Extent {
+    /// What is known before the first run.
+    fn none_yet(row: u16) -> Self {
+        Self { area: 0, left: u16::MAX, right: 0, top: row, bottom: row }
+    }
+
     #[inline(always)]
     fn add_run(&mut self, start: u16, end: u16, row: u16) {
         self.area += u32::from(end - start);
@@ -55,7 +60,9 @@ pub(super) struct Labels {
     pub(super) extent: Vec<Extent>,
     /// Where the profile of each label's component begins; filled by `keep_components`.
     pub(super) slot: Vec<u32>,
+    count: usize,
     ranks: [Ranks; 2],
+    contacts: Columns,
 }
 
 const NO_LABEL: u32 = u32::MAX;
@@ -63,8 +70,12 @@ const NO_LABEL: u32 = u32::MAX;
 impl Labels {
     fn clear(&mut self) {
         self.of_run.clear();
-        self.parent.clear();
-        self.extent.clear();
+        self.count = 0;
+    }
+
+    /// How many labels there are.
+    pub(super) fn count(&self) -> usize {
+        self.count
     }
 
     /// The smallest label of the component, halving the path on the way.
@@ -92,21 +103,25 @@ impl Labels {
         }
     }
 
-    /// Gives labels to the runs of a row that touch nothing above, and counts every run in.
+    /// Gives labels to the runs of a row that touch nothing above, and counts every run in. The next free label is
+    /// made ready for every run, and taken by those that need one: a branch would be mispredicted too often.
     #[inline(always)]
     fn finish_row(&mut self, runs: &Runs, row: usize) {
-        for run in runs.of_row(row) {
-            let (start, end) = (runs.start[run], runs.end[run]);
-            if self.of_run[run] == NO_LABEL {
-                self.of_run[run] = self.parent.len() as u32;
-                self.parent.push(self.parent.len() as u32);
-                let row = row as u16;
-                let extent =
-                    Extent { area: u32::from(end - start), left: start, right: end, top: row, bottom: row };
-                self.extent.push(extent);
-            } else {
-                self.extent[self.of_run[run] as usize].add_run(start, end, row as u16);
-            }
+        let of_row = runs.of_row(row);
+        let room = self.count + of_row.len() + 1;
+        if self.parent.len() < room {
+            self.parent.resize(room.next_power_of_two(), 0);
+            self.extent.resize(room.next_power_of_two(), Extent::default());
+        }
+        let labels = &mut self.of_run[of_row.clone()];
+        let spans = runs.starts()[of_row.clone()].iter().zip(&runs.ends()[of_row]);
+        for (label, (start, end)) in labels.iter_mut().zip(spans) {
+            self.parent[self.count] = self.count as u32;
+            self.extent[self.count] = Extent::none_yet(row as u16);
+            let is_new = *label == NO_LABEL;
+            *label = if is_new { self.count as u32 } else { *label };
+            self.count += usize::from(is_new);
+            self.extent[*label as usize].add_run(*start, *end, row as u16);
         }
     }
 }
@@ -122,7 +137,7 @@ pub(super) fn label<const EIGHT: bool>(plane: &Plane, runs: &mut Runs, labels: &
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
         runs.push_row(bits, current);
-        labels.of_run.resize(runs.start.len(), NO_LABEL);
+        labels.of_run.resize(runs.starts().len(), NO_LABEL);
         if row > 0 && !runs.of_row(row).is_empty() && !runs.of_row(row - 1).is_empty() {
             link_rows::<EIGHT>(above, bits, previous, current, labels);
         }
@@ -141,38 +156,42 @@ fn link_rows<const EIGHT: bool>(
     lower: &Ranks,
     labels: &mut Labels,
 ) {
+    let mut contacts = std::mem::take(&mut labels.contacts);
+    contacts.clear();
+    contacts.reserve(above.len());
     let mut carry = 0;
     for (i, (a, b)) in above.iter().zip(below).enumerate() {
         let overlap = a & b;
-        let mut first = overlap & !(overlap << 1 | carry);
+        contacts.push_bits(overlap & !(overlap << 1 | carry), i);
         carry = overlap >> 63;
-        while first != 0 {
-            let column = i * 64 + first.trailing_zeros() as usize;
-            labels.link(upper.run_at(column), lower.run_at(column));
-            first &= first - 1;
-        }
-        if EIGHT {
-            link_diagonals(above, below, i, upper, lower, labels);
-        }
+    }
+    for column in contacts.all() {
+        labels.link(upper.run_at(usize::from(*column)), lower.run_at(usize::from(*column)));
+    }
+    labels.contacts = contacts;
+    if EIGHT {
+        link_diagonals(above, below, upper, lower, labels);
     }
 }
 
-/// Links runs that touch at a corner only, where the left one of both ends in word `i`.
+/// Links runs that touch at a corner only.
 #[inline(always)]
-fn link_diagonals(above: &[u64], below: &[u64], i: usize, upper: &Ranks, lower: &Ranks, labels: &mut Labels) {
-    let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
-    let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
-    // The upper run ends at a column and the lower one starts at the next.
-    let mut falling = a & !b & b_next & !a_next;
-    while falling != 0 {
-        let column = i * 64 + falling.trailing_zeros() as usize;
-        labels.link(upper.run_at(column), lower.run_at(column + 1));
-        falling &= falling - 1;
-    }
-    let mut rising = b & !a & a_next & !b_next;
-    while rising != 0 {
-        let column = i * 64 + rising.trailing_zeros() as usize;
-        labels.link(upper.run_at(column + 1), lower.run_at(column));
-        rising &= rising - 1;
+fn link_diagonals(above: &[u64], below: &[u64], upper: &Ranks, lower: &Ranks, labels: &mut Labels) {
+    for i in 0..above.len() {
+        let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
+        let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
+        // The upper run ends at a column and the lower one starts at the next.
+        let mut falling = a & !b & b_next & !a_next;
+        while falling != 0 {
+            let column = i * 64 + falling.trailing_zeros() as usize;
+            labels.link(upper.run_at(column), lower.run_at(column + 1));
+            falling &= falling - 1;
+        }
+        let mut rising = b & !a & a_next & !b_next;
+        while rising != 0 {
+            let column = i * 64 + rising.trailing_zeros() as usize;
+            labels.link(upper.run_at(column + 1), lower.run_at(column));
+            rising &= rising - 1;
+        }
     }
 }

@@ -48,16 +48,18 @@ pub(super) fn fill_profiles(runs: &Runs, labels: &Labels, components: &[Componen
     let Profiles { spans, slots } = profiles;
     for row in 0..runs.rows() {
         let of_row = runs.of_row(row);
-        slots.clear();
-        for run in of_row.clone() {
-            let slot = labels.slot[labels.of_run[run] as usize];
-            let entry =
-                if slot == Profiles::REJECTED { (run % Profiles::FIRST) as u32 } else { slot + row as u32 };
-            slots.push(entry);
-            spans[entry as usize][1] = runs.end[run];
+        let (starts, ends) = (&runs.starts()[of_row.clone()], &runs.ends()[of_row.clone()]);
+        slots.resize(of_row.len(), 0);
+        for (i, ((label, end), entry)) in
+            labels.of_run[of_row].iter().zip(ends).zip(slots.iter_mut()).enumerate()
+        {
+            let slot = labels.slot[*label as usize];
+            *entry =
+                if slot == Profiles::REJECTED { (i % Profiles::FIRST) as u32 } else { slot + row as u32 };
+            spans[*entry as usize][1] = *end;
         }
-        for (run, entry) in of_row.zip(slots.iter()).rev() {
-            spans[*entry as usize][0] = runs.start[run];
+        for (entry, start) in slots.iter().zip(starts).rev() {
+            spans[*entry as usize][0] = *start;
         }
     }
 }
