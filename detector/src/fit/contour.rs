@@ -84,6 +84,7 @@ impl Contour {
     }
 
     /// The line through the points from `first` up to but not including `end`, around the contour.
+    #[inline(always)]
     fn line(&self, first: usize, end: usize) -> Line {
         let count = self.xs.len();
         let (first, end) = (first % count, end % count);
@@ -117,6 +118,7 @@ impl Contour {
     }
 
     /// The lines of the four arcs between `splits`, without the arcs' ends.
+    #[inline(always)]
     fn arc_lines(&self, splits: &[usize; 4]) -> Option<[Line; 4]> {
         let count = self.xs.len();
         let mut lines = [Line::default(); 4];
@@ -136,6 +138,7 @@ impl Contour {
     }
 
     /// For each corner the contour point nearest to it, between the middles of the arcs that meet there.
+    #[inline(always)]
     fn nearest_points(&self, splits: &[usize; 4], corners: &[[f64; 2]; 4]) -> [usize; 4] {
         let count = self.xs.len();
         std::array::from_fn(|k| {
@@ -146,16 +149,29 @@ impl Contour {
             while after <= here {
                 after += count;
             }
-            let distance = |index: &usize| {
-                let (x, y) = (
-                    self.xs[*index % count] - corners[k][0] as f32,
-                    self.ys[*index % count] - corners[k][1] as f32,
-                );
-                x * x + y * y
-            };
-            let candidates = (before + here) / 2..=(here + after) / 2;
-            candidates.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(here) % count
+            self.nearest_point((before + here) / 2, (here + after) / 2, corners[k])
         })
+    }
+
+    /// The point nearest to a corner from `first` to `last`, which may run on around the contour.
+    #[inline(always)]
+    fn nearest_point(&self, first: usize, last: usize, corner: [f64; 2]) -> usize {
+        let count = self.xs.len();
+        let (x, y) = (corner[0] as f32, corner[1] as f32);
+        let (mut nearest, mut least) = (first, f32::MAX);
+        let mut index = first;
+        for step in 0..=last - first {
+            if index >= count {
+                index -= count;
+            }
+            let (dx, dy) = (self.xs[index] - x, self.ys[index] - y);
+            let distance = dx * dx + dy * dy;
+            if distance < least {
+                (nearest, least) = (first + step, distance);
+            }
+            index += 1;
+        }
+        nearest % count
     }
 }
 

@@ -7,15 +7,23 @@ use super::homography::Homography;
 use super::reader::Reader;
 use super::sample::Frame;
 
-/// A code that was read.
+/// The bits of a quad, whether they are a tag's or not.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Decoded {
-    /// The tag, and how many quarter turns counter-clockwise make it upright.
-    pub(crate) found: Found,
+pub(crate) struct Bits {
+    /// Most significant bit first, as the picture is turned.
+    pub(crate) code: u64,
     /// Mean distance of the bits from their threshold in grey levels, the worse of white and black.
     pub(crate) margin: f32,
     /// The same over half the contrast.
     pub(crate) relative_margin: f32,
+}
+
+impl Bits {
+    /// The tag that these bits are nearest to, if that is near enough.
+    #[inline(always)]
+    pub(crate) fn look_up(&self, reader: &Reader) -> Option<Found> {
+        reader.index.lookup(self.code)
+    }
 }
 
 /// Reads the bits of a quad. `grid` is scratch.
@@ -24,14 +32,14 @@ pub(crate) struct Decoded {
 /// cells whose colour is known from the layout enter with that colour: at a few pixels a cell the blur of the border
 /// decides the outer bits, and knowing it removes the bias. That is worth ten points of recall on small tags.
 #[inline(always)]
-pub(crate) fn decode(
+pub(crate) fn sample(
     frame: &Frame,
     reader: &Reader,
     homography: &Homography,
     border: &Border,
     sharpening: f32,
     grid: &mut Vec<f32>,
-) -> Option<Decoded> {
+) -> Bits {
     fill_grid(frame, reader, homography, border, grid);
     let mut code = 0;
     let (mut white, mut black) = (Mean::default(), Mean::default());
@@ -44,9 +52,8 @@ pub(crate) fn decode(
         code = code << 1 | u64::from(is_white);
         if is_white { white.add(value) } else { black.add(-value) }
     }
-    let found = reader.index.lookup(code)?;
     let margin = white.mean().min(black.mean());
-    Some(Decoded { found, margin, relative_margin: margin / (0.5 * border.contrast).max(1.0) })
+    Bits { code, margin, relative_margin: margin / (0.5 * border.contrast).max(1.0) }
 }
 
 /// Distances from the threshold, in grey levels: measured for data cells, the model's for cells of known colour, zero for

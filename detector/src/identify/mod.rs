@@ -23,7 +23,6 @@ use crate::settings::Settings;
 use crate::simd::{Kernel, Level};
 use crate::view::LumaView;
 use align::Align;
-use decode::Decoded;
 use homography::Homography;
 use read::{Attempt, Reading};
 use sample::Frame;
@@ -82,7 +81,7 @@ impl Kernel for IdentifyAll<'_, '_> {
 
 /// The detection as it is reported: corners turned with the tag.
 fn detection(scene: &Scene, reader: &Reader, reading: &Reading) -> Detection {
-    let Decoded { found, margin, relative_margin } = reading.decoded;
+    let Reading { found, bits, .. } = reading;
     // `found.rotation` quarter turns counter-clockwise make the picture upright, so the upright tag's top-left corner is that
     // many corners further clockwise; reported are bottom-left, bottom-right, top-right, top-left.
     let corners: [[f64; 2]; 4] =
@@ -92,8 +91,8 @@ fn detection(scene: &Scene, reader: &Reader, reading: &Reading) -> Detection {
         family: reader.family,
         id: found.id,
         hamming: found.hamming,
-        margin,
-        relative_margin,
+        margin: bits.margin,
+        relative_margin: bits.relative_margin,
         center: homography.project([0.0, 0.0]),
         corners,
         homography: homography.to_array(),

@@ -1,11 +1,13 @@
 //! Reading one quad as a tag of one family.
 
+use tagbus_family::Found;
+
 use super::Scratch;
 use super::border::{self, Border};
-use super::decode::{self, Decoded};
+use super::decode::{self, Bits};
 use super::homography::Homography;
 use super::reader::Reader;
-use super::refine;
+use super::refine::{self, Effort};
 use super::sample::Frame;
 use crate::fit::Quad;
 use crate::settings::{Refinement, Settings};
@@ -15,11 +17,24 @@ use crate::settings::{Refinement, Settings};
 const REFINE_SCORE: f32 = 1.5;
 const DECODE_SCORE: f32 = 2.0;
 
+/// Bits that refining the corners may put right, beyond those that are corrected: at full resolution and decimated.
+const BITS_TO_GAIN: (u32, u32) = (4, 8);
+
 /// A quad that was read as a tag.
 pub(super) struct Reading {
     pub(super) corners: [[f64; 2]; 4],
-    pub(super) decoded: Decoded,
+    pub(super) found: Found,
+    pub(super) bits: Bits,
     pub(super) border: Border,
+}
+
+/// What a quad's corners gave.
+enum First {
+    /// No tag, whatever is done to its corners.
+    Hopeless,
+    /// No tag yet.
+    Unread,
+    Tag(Reading),
 }
 
 /// A frame to read from.
@@ -33,11 +48,11 @@ impl Attempt<'_> {
     /// Reads a quad as a tag of `reader`'s family. `None` when it is none.
     #[inline(always)]
     pub(super) fn read_quad(&mut self, reader: &Reader, quad: &Quad) -> Option<Reading> {
-        let border = border::measure(self.frame, reader, &quad.corners)?;
-        if border.score < REFINE_SCORE {
-            return None;
-        }
-        let raw = self.read_at(reader, quad.corners, border);
+        let raw = match self.first_look(reader, quad) {
+            First::Hopeless => return None,
+            First::Unread => None,
+            First::Tag(reading) => Some(reading),
+        };
         let reading = match self.settings.refinement {
             Refinement::None => raw?,
             Refinement::Edges => self.refined(reader, quad, raw)?,
@@ -46,55 +61,82 @@ impl Attempt<'_> {
                 self.aligned(reader, refined)
             }
         };
-        (reading.decoded.margin >= self.settings.min_margin).then_some(reading)
+        (reading.bits.margin >= self.settings.min_margin).then_some(reading)
+    }
+
+    /// Reads a quad with its corners as they are.
+    #[inline(always)]
+    fn first_look(&mut self, reader: &Reader, quad: &Quad) -> First {
+        let Some(border) = border::measure(self.frame, reader, &quad.corners) else { return First::Hopeless };
+        if border.score < REFINE_SCORE {
+            return First::Hopeless;
+        }
+        if border.score < DECODE_SCORE {
+            return First::Unread;
+        }
+        let Some(bits) = self.bits_at(reader, &quad.corners, &border) else { return First::Hopeless };
+        let decimated = self.settings.decimation.factor() > 1.0;
+        let to_gain = if decimated { BITS_TO_GAIN.1 } else { BITS_TO_GAIN.0 };
+        if !reader.may_hold(bits.code, reader.index.hamming() + to_gain) {
+            return First::Hopeless;
+        }
+        match bits.look_up(reader) {
+            Some(found) => First::Tag(Reading { corners: quad.corners, found, bits, border }),
+            None => First::Unread,
+        }
     }
 
     /// The better of what the quad's own corners gave and what refined ones give. Decoding before refining finds tags whose
     /// refinement goes astray; decoding after it finds those whose corners were cut off.
     #[inline(always)]
     fn refined(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Reading> {
-        let factor = self.settings.decimation.factor();
-        let Some(corners) = refine::refine(self.frame, reader, &quad.corners, factor) else {
+        let effort = Effort::to_read(self.settings.decimation.factor());
+        let Some(corners) = refine::refine(self.frame, reader, &quad.corners, &effort) else {
             return raw;
         };
-        let refined = border::measure(self.frame, reader, &corners)
-            .and_then(|border| self.read_at(reader, corners, border));
-        match (raw, refined) {
+        let mut best = match (raw, self.read_at(reader, corners)) {
             // Unrefined corners may give the better code, never the better corners.
-            (Some(raw), Some(refined)) if raw.decoded.found.hamming < refined.decoded.found.hamming => {
+            (Some(raw), Some(refined)) if raw.found.hamming < refined.found.hamming => {
                 Some(Reading { corners, ..raw })
             }
             (Some(raw), None) => Some(Reading { corners, ..raw }),
             (_, refined) => refined,
+        }?;
+        if Effort::is_worth_it(&corners) {
+            let effort = Effort::to_report();
+            best.corners = refine::refine(self.frame, reader, &corners, &effort).unwrap_or(corners);
         }
+        Some(best)
     }
 
     /// The reading with its corners where the whole tag fits best, if that gives the same tag again.
     #[inline(always)]
     fn aligned(&mut self, reader: &Reader, reading: Reading) -> Reading {
-        let code = reader.code_as_read(&reading.decoded.found);
-        let Scratch { align, .. } = &mut *self.scratch;
+        let code = reader.code_as_read(&reading.found);
+        let align = &mut self.scratch.align;
         let Some(corners) = align.align(self.frame, reader, code, &reading.corners, &reading.border) else {
             return reading;
         };
-        let again = border::measure(self.frame, reader, &corners)
-            .and_then(|border| self.read_at(reader, corners, border));
         let same = |again: &Reading| {
-            let (a, b) = (again.decoded.found, reading.decoded.found);
-            a.id == b.id && a.rotation == b.rotation
+            again.found.id == reading.found.id && again.found.rotation == reading.found.rotation
         };
-        again.filter(same).unwrap_or(reading)
+        self.read_at(reader, corners).filter(same).unwrap_or(reading)
     }
 
     #[inline(always)]
-    fn read_at(&mut self, reader: &Reader, corners: [[f64; 2]; 4], border: Border) -> Option<Reading> {
+    fn read_at(&mut self, reader: &Reader, corners: [[f64; 2]; 4]) -> Option<Reading> {
+        let border = border::measure(self.frame, reader, &corners)?;
         if border.score < DECODE_SCORE {
             return None;
         }
-        let homography = Homography::from_square(&corners, reader.width)?;
+        let bits = self.bits_at(reader, &corners, &border)?;
+        Some(Reading { corners, found: bits.look_up(reader)?, bits, border })
+    }
+
+    #[inline(always)]
+    fn bits_at(&mut self, reader: &Reader, corners: &[[f64; 2]; 4], border: &Border) -> Option<Bits> {
+        let homography = Homography::from_square(corners, reader.width)?;
         let sharpening = self.settings.sharpening;
-        let cells = &mut self.scratch.cells;
-        let decoded = decode::decode(self.frame, reader, &homography, &border, sharpening, cells)?;
-        Some(Reading { corners, decoded, border })
+        Some(decode::sample(self.frame, reader, &homography, border, sharpening, &mut self.scratch.cells))
     }
 }

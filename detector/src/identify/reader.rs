@@ -21,6 +21,8 @@ pub(crate) struct Reader {
     pub(crate) index: Index,
     known_tags: Family,
     pub(crate) has_hole: bool,
+    /// Fewest and most white bits of a code.
+    white_bits: [u32; 2],
     /// Natural logarithm of the number of codes over the number of words: how rare a code is among random bits.
     rarity: f64,
     bits: u32,
@@ -80,6 +82,7 @@ impl Reader {
             index,
             known_tags: family.clone(),
             has_hole: layout.hole_width() > 0,
+            white_bits: white_bits(family.codes()),
             rarity: (4.0 * family.codes().len() as f64).ln() - f64::from(bits) * std::f64::consts::LN_2,
             bits,
         }
@@ -88,6 +91,14 @@ impl Reader {
     /// Cells of the scratch grid before the border edge.
     pub(crate) fn grid_margin(&self) -> f64 {
         (self.grid_width as f64 - self.width) * 0.5
+    }
+
+    /// Whether bits with so many errors, and no more, can be those of a tag, judged by the number of white ones: a black
+    /// square or a window is refused before anything is done to read it better.
+    pub(crate) fn may_hold(&self, code: u64, errors: u32) -> bool {
+        let white = code.count_ones();
+        let [fewest, most] = self.white_bits;
+        white + errors >= fewest && white <= most + errors
     }
 
     /// The code of a tag, turned as it was read.
@@ -102,6 +113,11 @@ impl Reader {
         let choices: f64 = (0..hamming).map(|k| (f64::from(self.bits - k) / f64::from(k + 1)).ln()).sum();
         self.rarity + choices
     }
+}
+
+fn white_bits(codes: &[u64]) -> [u32; 2] {
+    let counts = || codes.iter().map(|code| code.count_ones());
+    [counts().min().unwrap_or(0), counts().max().unwrap_or(64)]
 }
 
 /// The cells along the border edge, clockwise from the top left.

@@ -19,8 +19,9 @@ const END: f64 = 1.5;
 const STEP: f64 = 0.25;
 /// Most samples across the edge.
 const MOST_ACROSS: usize = 81;
-/// Profiles across the edge, one per two pixels of the side within these limits.
-const PROFILES: (usize, usize) = (16, 96);
+/// Profiles across the edge: one per two pixels of the side, at least these, at most as the effort says.
+const LEAST_PROFILES: usize = 16;
+const MOST_PROFILES: usize = 96;
 /// Rounds of weighting profiles by their distance from the line, and the standard deviations from which weight falls.
 const WEIGHTINGS: usize = 3;
 const FAR: f64 = 1.5;
@@ -33,23 +34,54 @@ const SETTLED: f64 = 0.03;
 /// A corner that moves further than this many pixels of the search grid, and these besides, has gone astray.
 const FARTHEST_MOVE: (f64, f64) = (2.0, 2.0);
 
+/// How much is done for a refinement.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Most profiles a side.
+    profiles: usize,
+    /// Most rounds of moving the corners.
+    rounds: usize,
+    /// How coarse the search grid was that the corners come from, pixels.
+    factor: f64,
+}
+
+impl Effort {
+    /// Enough to read the bits, for corners from a search grid of this factor.
+    pub(crate) fn to_read(factor: f64) -> Self {
+        Self { profiles: 24, rounds: if factor > 1.0 { 3 } else { 2 }, factor }
+    }
+
+    /// What long sides can give besides, for corners that were refined before.
+    pub(crate) fn to_report() -> Self {
+        Self { profiles: MOST_PROFILES, rounds: 1, factor: 1.0 }
+    }
+
+    /// Whether some side of a quad is long enough for more profiles than were taken to read it.
+    pub(crate) fn is_worth_it(corners: &[[f64; 2]; 4]) -> bool {
+        let length = |k: usize| {
+            (corners[(k + 1) % 4][0] - corners[k][0]).hypot(corners[(k + 1) % 4][1] - corners[k][1])
+        };
+        (0..4).any(|k| length(k) > 48.0)
+    }
+}
+
 /// The corners moved to the edges. `None` when a side shows no clear edge or a corner moves too far.
 #[inline(always)]
 pub(crate) fn refine(
     frame: &Frame,
     reader: &Reader,
     corners: &[[f64; 2]; 4],
-    factor: f64,
+    effort: &Effort,
 ) -> Option<[[f64; 2]; 4]> {
-    let rounds = if factor > 1.0 { 3 } else { 2 };
     let mut refined = *corners;
-    for round in 0..rounds {
+    for round in 0..effort.rounds {
         // Once refined, corners are as near as those of an undecimated search.
-        let reach = if round == 0 { WINDOW.1 * factor } else { WINDOW.1 };
+        let reach = if round == 0 { WINDOW.1 * effort.factor } else { WINDOW.1 };
+        let pass = Pass { reach, profiles: effort.profiles };
         let homography = Homography::from_square(&refined, reader.width)?;
         let mut lines = [SideLine::default(); 4];
         for (k, line) in lines.iter_mut().enumerate() {
-            *line = refine_side(frame, reader, &homography, &refined, k, reach)?;
+            *line = refine_side(frame, reader, &homography, &refined, k, &pass)?;
         }
         let mut moved = 0.0f64;
         for k in 0..4 {
@@ -63,9 +95,15 @@ pub(crate) fn refine(
     }
     let stayed = |k: usize| {
         let moved = (refined[k][0] - corners[k][0]).hypot(refined[k][1] - corners[k][1]);
-        moved <= FARTHEST_MOVE.0 * factor + FARTHEST_MOVE.1
+        moved <= FARTHEST_MOVE.0 * effort.factor + FARTHEST_MOVE.1
     };
     (0..4).all(stayed).then_some(refined)
+}
+
+/// How one round looks at the sides: at most this many pixels across an edge, with at most so many profiles.
+struct Pass {
+    reach: f64,
+    profiles: usize,
 }
 
 /// A line by a point on it and its direction.
@@ -107,13 +145,13 @@ fn refine_side(
     homography: &Homography,
     corners: &[[f64; 2]; 4],
     k: usize,
-    reach: f64,
+    pass: &Pass,
 ) -> Option<SideLine> {
     let side = measure_side(frame, reader, homography, corners, k)?;
-    let window = (WINDOW.0 * side.cell).min(reach).max(WINDOW.2);
-    let count = ((side.length / 2.0) as usize).clamp(PROFILES.0, PROFILES.1);
+    let window = (WINDOW.0 * side.cell).min(pass.reach).max(WINDOW.2);
+    let count = ((side.length / 2.0) as usize).clamp(LEAST_PROFILES, pass.profiles);
     let end = (0.5 * side.cell).min(0.12 * side.length).min(END) / side.length;
-    let mut points = [[0.0f64; 2]; PROFILES.1];
+    let mut points = [[0.0f64; 2]; MOST_PROFILES];
     let mut found = 0;
     for i in 0..count {
         let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
@@ -213,7 +251,7 @@ fn beside(point: [f64; 2], direction: [f64; 2], distance: f64) -> [f64; 2] {
 /// The line through points, by total least squares with the weight of far points reduced.
 #[inline(always)]
 fn robust_line(points: &[[f64; 2]]) -> SideLine {
-    let mut weights = [1.0f64; PROFILES.1];
+    let mut weights = [1.0f64; MOST_PROFILES];
     let mut line = SideLine::default();
     for round in 0..WEIGHTINGS {
         line = weighted_line(points, &weights);
