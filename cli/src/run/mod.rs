@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use tagbus_client::{Client, ConnectOptions, Domain};
 
 use crate::camera::{CameraFlags, SourceFlags};
 use crate::command::Invocation;
@@ -88,12 +87,7 @@ pub(crate) fn execute(command: RunCommand, invocation: &Invocation) -> Result<Ou
     let events = Events::start()?;
     let supervisor = Supervisor::new(flags.children()?, events, limit);
     let outcome = supervisor.work();
-    clean_up(domain);
+    // What killed roles left. Where that is not possible the roles have said why.
+    let _ = domain.clean_up_if_unused();
     outcome
-}
-
-/// Removes what killed roles left, if nobody else uses the domain. Where that is not possible the roles have said why.
-fn clean_up(domain: Domain) {
-    // Whoever comes onto the bus and leaves it cleans up, and a client that waits for nobody does just that.
-    drop(Client::connect(&ConnectOptions::in_domain(domain).deadline(Duration::ZERO)));
 }

@@ -1,0 +1,12 @@
+//! The binary as its users run it: real processes, real pictures, real signals.
+
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed, also in what tests share")]
+
+mod support;
+
+mod bad_input;
+mod command_line;
+mod killing;
+mod pictures;
+mod real_data;
+mod together;
