@@ -13,9 +13,9 @@ use super::child::{Change, Child, Role};
 use crate::outcome::{Failure, Outcome, complain};
 
 /// How long processes have for an orderly end.
-const GRACE: Duration = Duration::from_millis(600);
+const GRACE: Duration = Duration::from_millis(500);
 /// How long the last frames of a file have for their way to the terminal.
-const LAST_FRAMES: Duration = Duration::from_millis(200);
+const LAST_FRAMES: Duration = Duration::from_millis(300);
 /// The longest sleep when nothing is due.
 const LONG: Duration = Duration::from_secs(3600);
 

@@ -18,10 +18,13 @@ const LARGE_SIDE_PX: f64 = 20.0;
 /// Corners so near to the rim are not compared: there the window in which the reference looks for an edge is cut off by the
 /// rim, and its corner is drawn to one side.
 const RIM_PX: f64 = 2.0;
-/// Corners that are farther from the reference's: file, id and distance. In each the reference was looked at by eye.
+/// Corners that are known to be farther from the reference's: file, id, and how far in pixels.
 const KNOWN_CORNERS: [(&str, u64, f64); 1] =
-    // Two tags of id 0 side by side, one half in shadow: the reference's edge lies on the rim of the shadow.
+    // Seen so flat that a row of cells is little more than a pixel high. Sides meet at 15 degrees, so a quarter of a pixel
+    // between two lines moves their corner by one; which of the two is right cannot be told by eye.
     [("tags/swarmathon__34139872896_defdb2f8d9_c.jpg", 0, 0.98)];
+/// What a known distance may grow by before it counts as a new one, in pixels.
+const KNOWN_SLACK_PX: f64 = 0.1;
 /// Corrected bits of the reference, as the manifest's line `tool` says; they are our defaults.
 const CORRECTED: [(&str, u32); 8] = [
     ("tag16h5", 0),
@@ -125,7 +128,7 @@ impl Score {
         }
         self.corners.push(worst);
         if worst > MOST_CORNER_PX {
-            self.unknown_corners += usize::from(!is_known(file, tag));
+            self.unknown_corners += usize::from(!is_known(file, tag, worst));
             self.except(file, tag, &format!("has a corner {worst:.2} px off"));
         }
     }
@@ -185,8 +188,11 @@ fn is_at_rim(file: &Value, tag: &Value) -> bool {
     !corners(tag).iter().all(|&[x, y]| inside(x, width) && inside(y, height))
 }
 
-fn is_known(file: &Value, tag: &Value) -> bool {
-    KNOWN_CORNERS.iter().any(|&(name, id, _)| file["file"] == name && tag["id"] == id)
+fn is_known(file: &Value, tag: &Value, apart: f64) -> bool {
+    let same = |&(name, id, known): &(&str, u64, f64)| {
+        file["file"] == name && tag["id"] == id && apart <= known + KNOWN_SLACK_PX
+    };
+    KNOWN_CORNERS.iter().any(same)
 }
 
 #[test]
