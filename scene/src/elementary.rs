@@ -1,4 +1,4 @@
-//! Sine, cosine and the exponential, the same bit for bit on every machine.
+//! Sine, cosine, the exponential and the logarithm, the same bit for bit on every machine.
 //!
 //! The standard library hands these to the platform's mathematics library, whose last digit differs between systems.
 //! Here they are made of additions, multiplications and divisions, which IEEE 754 fixes exactly.
@@ -36,6 +36,22 @@ pub(crate) fn exponential_of_negative(exponent: f64) -> f64 {
     let small = exponent / f64::from(1 << DOUBLINGS);
     let series = (1..=TERMS).rev().fold(1.0, |sum, term| 1.0 + small / f64::from(term) * sum);
     (0..DOUBLINGS).fold(series, |value, _| value * value)
+}
+
+/// The natural logarithm of a positive number: whole powers of two are taken out, the rest is a series for numbers
+/// between 0.7 and 1.5 (ln x = 2 artanh((x - 1) / (x + 1))).
+pub(crate) fn logarithm(number: f64) -> f64 {
+    const TERMS: i32 = 16;
+    let (mut rest, mut doublings) = (number, 0.0);
+    while rest > std::f64::consts::SQRT_2 {
+        (rest, doublings) = (rest / 2.0, doublings + 1.0);
+    }
+    while rest > 0.0 && rest < std::f64::consts::FRAC_1_SQRT_2 {
+        (rest, doublings) = (rest * 2.0, doublings - 1.0);
+    }
+    let ratio = (rest - 1.0) / (rest + 1.0);
+    let series = (0..TERMS).rev().fold(0.0, |sum, term| sum * ratio * ratio + 1.0 / f64::from(2 * term + 1));
+    2.0 * ratio * series + doublings * std::f64::consts::LN_2
 }
 
 /// Sine and cosine after `quarters` quarter turns more.
@@ -98,5 +114,15 @@ mod tests {
             assert!(relative.abs() < 1e-12, "exponential of {exponent}");
         }
         assert_eq!(exponential_of_negative(-1e9), 0.0);
+    }
+
+    #[test]
+    fn the_logarithm_agrees_with_the_standard_library() {
+        let mut stream = Stream::new(13);
+        for _ in 0..10_000 {
+            let number = stream.between(-20.0, 20.0).exp();
+            assert!((logarithm(number) - number.ln()).abs() < 1e-13, "logarithm of {number}");
+        }
+        assert_eq!(logarithm(1.0), 0.0);
     }
 }

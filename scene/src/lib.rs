@@ -78,6 +78,12 @@ pub use texture::Background;
 
 // What the camera makes of it.
 mod blur;
+mod motion;
+pub use motion::Motion;
+mod glare;
+pub use glare::Glare;
+mod tone;
+pub use tone::Tone;
 mod exposure;
 pub use exposure::Light;
 

@@ -4,9 +4,12 @@ use crate::blur::{Blur, BlurScratch};
 use crate::canvas::{Canvas, Window};
 use crate::coverage::Coverage;
 use crate::exposure::{Exposure, Light};
+use crate::glare::{Glare, darken_corners};
+use crate::motion::Motion;
 use crate::placement::Placement;
 use crate::random::{Normals, key_for};
 use crate::texture::Background;
+use crate::tone::Tone;
 
 /// How a picture is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +22,14 @@ pub struct Photo {
     pub background: Background,
     /// Standard deviation of the Gaussian blur in pixels; 0 for none.
     pub blur_sigma: f32,
+    /// What moves while the shutter is open.
+    pub motion: Motion,
+    /// A lamp mirrored in the scene.
+    pub glare: Option<Glare>,
+    /// The share of light that the corners of the picture lack, 0 to 1.
+    pub vignetting: f32,
+    /// The camera's curve between light and grey level.
+    pub tone: Tone,
     /// The light that falls on everything.
     pub light: Light,
     /// Standard deviation of the noise in grey levels; 0 for none.
@@ -35,6 +46,10 @@ impl Default for Photo {
             height: 480,
             background: Background::Plain(128.0),
             blur_sigma: 0.0,
+            motion: Motion::default(),
+            glare: None,
+            vignetting: 0.0,
+            tone: Tone::default(),
             light: Light::default(),
             noise_sigma: 0.0,
             seed: 1,
@@ -45,7 +60,7 @@ impl Default for Photo {
 /// Takes a picture of the tags: `width * height` grey levels, row after row.
 ///
 /// The tags are painted in the order of the list, each pixel by the exact area that the cells cover in it. Then come,
-/// as in a camera, blur, light, noise and rounding. The result is a pure function of the arguments, the same on every
+/// as in a camera, glare, motion, blur, vignetting, the tone curve, light, noise and rounding. The result is a pure function of the arguments, the same on every
 /// machine.
 pub fn photograph(photo: &Photo, tags: &[Placement]) -> Vec<u8> {
     let frame = Window::whole(photo.width, photo.height);
@@ -68,7 +83,7 @@ pub fn photograph(photo: &Photo, tags: &[Placement]) -> Vec<u8> {
     bytes
 }
 
-/// Background and tags, blurred.
+/// Background and tags as the lens and the sensor's curve leave them.
 fn painted(photo: &Photo, tags: &[Placement], frame: Window) -> Canvas {
     let mut canvas = Canvas::plain(frame, 0.0);
     photo.background.fill(&mut canvas, photo.seed);
@@ -76,7 +91,13 @@ fn painted(photo: &Photo, tags: &[Placement], frame: Window) -> Canvas {
     for placement in tags {
         placement.print().paint(&mut canvas, &mut coverage);
     }
+    if let Some(glare) = photo.glare {
+        glare.apply(&mut canvas);
+    }
+    photo.motion.apply(&mut canvas);
     Blur::new(photo.blur_sigma).apply(&mut canvas, &mut BlurScratch::default());
+    darken_corners(&mut canvas, photo.vignetting);
+    photo.tone.apply(&mut canvas);
     canvas
 }
 

@@ -17,6 +17,31 @@ pub enum Paper {
         /// Width of the white margin around the print in cells; may be 0 or a fraction.
         margin_cells: f64,
     },
+    /// Nothing but the cells, and those of the outermost ring cut off in part: how a careless cut takes the white
+    /// margin of a classic tag away.
+    Trimmed {
+        /// How much of the outermost ring is cut off, in cells: 0 for nothing, 1 for all of it.
+        cut_cells: f64,
+    },
+}
+
+impl Paper {
+    /// How far the paper reaches beyond the print, in cells; negative where some of the print is cut off.
+    fn overhang_cells(&self) -> f64 {
+        match *self {
+            Paper::CutOut => 0.0,
+            Paper::Sheet { margin_cells } => margin_cells.max(0.0),
+            Paper::Trimmed { cut_cells } => -cut_cells.clamp(0.0, 1.0),
+        }
+    }
+
+    /// What lies where nothing is printed.
+    fn bare(&self) -> Layers {
+        match self {
+            Paper::CutOut | Paper::Trimmed { .. } => [0.0, 0.0],
+            Paper::Sheet { .. } => [1.0, 0.0],
+        }
+    }
 }
 
 /// A tag with its place in the picture and its two grey levels.
@@ -91,36 +116,44 @@ impl Print<'_> {
     fn cover(&self, coverage: &mut Coverage) {
         let outline = self.outline();
         let sense = sense_of(&outline);
-        let bare = match self.paper {
-            Paper::CutOut => [0.0, 0.0],
-            Paper::Sheet { .. } => [1.0, 0.0],
-        };
+        let bare = self.paper.bare();
         coverage.add_polygon(&outline, bare);
         let (mut tag, mut homography) = (self.tag, self.homography);
-        cover_cells(tag, &homography, bare, sense, coverage);
+        let cut_cells = (-self.paper.overhang_cells()).max(0.0);
+        cover_cells(tag, &homography, &Edges { cut_cells, bare, sense }, coverage);
         while let Some(inner) = tag.inner() {
             homography = tag.homography_in_hole(inner, &homography);
             tag = inner;
-            cover_cells(tag, &homography, bare, sense, coverage);
+            cover_cells(tag, &homography, &Edges { cut_cells: 0.0, bare, sense }, coverage);
         }
     }
 
     /// The corners of the sheet, or of the print where there is no sheet, in the picture.
     fn outline(&self) -> [Point; 4] {
-        let margin = match self.paper {
-            Paper::CutOut => 0.0,
-            Paper::Sheet { margin_cells } => margin_cells.max(0.0),
-        };
-        let radius = self.tag.print_radius() * (1.0 + 2.0 * margin / self.tag.grid().width() as f64);
+        let overhang = 2.0 * self.paper.overhang_cells() / self.tag.grid().width() as f64;
+        let radius = self.tag.print_radius() * (1.0 + overhang);
         let corners = [[-radius, -radius], [-radius, radius], [radius, radius], [radius, -radius]];
         corners.map(|corner| project(&self.homography, corner))
     }
 }
 
-/// Adds the edges between cells of different paint. `bare` is what already lies where nothing is printed.
-fn cover_cells(tag: &Tag, homography: &Homography, bare: Layers, sense: f32, coverage: &mut Coverage) {
+/// How the edges of a print lie.
+struct Edges {
+    /// How much of the outermost ring is cut off, in cells.
+    cut_cells: f64,
+    /// What already lies where nothing is printed.
+    bare: Layers,
+    /// The sense of the print's outline.
+    sense: f32,
+}
+
+/// Adds the edges between cells of different paint.
+fn cover_cells(tag: &Tag, homography: &Homography, edges: &Edges, coverage: &mut Coverage) {
+    let Edges { cut_cells, bare, sense } = *edges;
     let to_pixels = tag.cells_to_pixels(homography);
-    let corner_at = |x: i64, y: i64| project(&to_pixels, [x as f64, y as f64]);
+    let span = (cut_cells, tag.grid().width() as f64 - cut_cells);
+    let line_at = |line: i64| (line as f64).clamp(span.0, span.1);
+    let corner_at = |x: i64, y: i64| project(&to_pixels, [line_at(x), line_at(y)]);
     let share_at = |x: i64, y: i64| match tag.paint_at(x, y) {
         Paint::White => [1.0, 0.0],
         Paint::Black => [1.0, 1.0],
@@ -218,6 +251,25 @@ mod tests {
         assert_eq!(pixel(&canvas, 1, 6), 215.0);
         assert!((pixel(&canvas, 0, 6) - (GROUND + 215.0) / 2.0).abs() < 1e-3);
         assert!((pixel(&canvas, 2, 2) - 215.0).abs() < 1e-3, "the clear corner of the circle");
+    }
+
+    #[test]
+    fn trimming_takes_off_the_outermost_ring_and_nothing_else() {
+        let tag = tag("tag36h11", 3);
+        let whole = painted(&Placement::new(tag.clone(), pixel_a_cell(&tag, 8.0)), 10, 10);
+        for cut_cells in [0.0, 0.25, 0.5, 1.0] {
+            let placement = Placement::new(tag.clone(), pixel_a_cell(&tag, 8.0));
+            let trimmed = painted(&Placement { paper: Paper::Trimmed { cut_cells }, ..placement }, 10, 10);
+            for y in 1..9 {
+                let (kept, before) = (trimmed.row(y, 1..9), whole.row(y, 1..9));
+                assert!(
+                    kept.iter().zip(before).all(|(a, b)| (a - b).abs() < 1e-3),
+                    "cut {cut_cells}, row {y}"
+                );
+                let expected = 215.0 + cut_cells as f32 * (GROUND - 215.0);
+                assert!((pixel(&trimmed, 0, y) - expected).abs() < 1e-3, "cut {cut_cells}, row {y}");
+            }
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::canvas::Canvas;
 use crate::random::{key_for, number_at, unit_from};
+use crate::room::paint_room;
 
 /// What is behind the tags.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub enum Background {
         /// Largest deviation from the mean.
         amplitude: f32,
     },
+    /// A room of its own for every seed: wall, floor, pictures, boxes and cables, with structure on everything.
+    Room,
 }
 
 impl Background {
@@ -44,6 +47,7 @@ impl Background {
                 canvas.pixels.fill(level);
                 Clouds::new(seed, height as f32 / 3.0).add_to(canvas, amplitude);
             }
+            Background::Room => *canvas = paint_room(canvas.window, seed),
         }
     }
 }
@@ -151,5 +155,12 @@ mod tests {
         let canvas = filled(Background::Gradient { top_left: 20.0, bottom_right: 220.0 }, 0);
         let (first, last) = (canvas.pixels[0], canvas.pixels[120 * 90 - 1]);
         assert!((first - 20.0).abs() < 2.0 && (last - 220.0).abs() < 2.0);
+    }
+
+    #[test]
+    fn a_room_as_background_fills_the_picture_and_follows_the_seed() {
+        let [one, other] = [1, 2].map(|seed| filled(Background::Room, seed));
+        assert_eq!(one.window, Window::whole(120, 90));
+        assert_ne!(one.pixels, other.pixels);
     }
 }

@@ -1,16 +1,18 @@
-//! The AprilTag C library with its defaults, on one thread.
+//! The AprilTag C library on one thread, with its defaults but for decimation and the contrast limit.
 
 #![allow(unsafe_code, reason = "a C library can only be called so; this feature is for measuring")]
 
 use apriltag_sys as c;
 use tagbus_camera::picture::Picture;
 
-use super::Peer;
+use super::{Hit, Peer};
 
 pub(super) struct AprilTagC {
     detector: *mut c::apriltag_detector_t,
     family: *mut c::apriltag_family_t,
     destroy: Destroy,
+    factor: f64,
+    contrast: i32,
 }
 
 type Create = unsafe extern "C" fn() -> *mut c::apriltag_family_t;
@@ -27,8 +29,11 @@ fn constructors(family: &str) -> Result<(Create, Destroy), String> {
 /// Corrected bits, the same as ours for these families.
 const CORRECTED_BITS: i32 = 2;
 
+/// The library's own limit of contrast within a tile (`qtp.min_white_black_diff`), grey levels.
+pub(super) const DEFAULT_CONTRAST: i32 = 5;
+
 impl AprilTagC {
-    pub(super) fn new(family: &str, factor: f64) -> Result<Self, String> {
+    pub(super) fn new(family: &str, factor: f64, contrast: i32) -> Result<Self, String> {
         let (create, destroy) = constructors(family)?;
         // SAFETY: takes nothing and gives a new object.
         let family = unsafe { create() };
@@ -40,7 +45,8 @@ impl AprilTagC {
         let settings = unsafe { &mut *detector };
         settings.nthreads = 1;
         settings.quad_decimate = factor as f32;
-        Ok(Self { detector, family, destroy })
+        settings.qtp.min_white_black_diff = contrast;
+        Ok(Self { detector, family, destroy, factor, contrast })
     }
 }
 
@@ -49,7 +55,15 @@ impl Peer for AprilTagC {
         "AprilTag C 3.4.5".to_owned()
     }
 
-    fn detect(&mut self, picture: &Picture) -> usize {
+    fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    fn variant(&self) -> String {
+        format!("contrast {}", self.contrast)
+    }
+
+    fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>) {
         let side = |length: usize| i32::try_from(length).unwrap_or(0);
         let mut image = c::image_u8_t {
             width: side(picture.width),
@@ -60,12 +74,27 @@ impl Peer for AprilTagC {
         };
         // SAFETY: the picture holds height rows of stride bytes and outlives the call.
         let found = unsafe { c::apriltag_detector_detect(self.detector, &raw mut image) };
-        // SAFETY: the list that was just given is valid.
-        let count = unsafe { (*found).size };
+        hits.extend(pointers(found).into_iter().map(hit));
         // SAFETY: the list is given back once and not used again.
         unsafe { c::apriltag_detections_destroy(found) };
-        usize::try_from(count).unwrap_or(0)
     }
+}
+
+/// The elements of the library's list, which holds pointers to detections.
+fn pointers(found: *const c::zarray_t) -> Vec<*const c::apriltag_detection_t> {
+    // SAFETY: the list was just given by the library and is not changed meanwhile.
+    let list = unsafe { &*found };
+    let first = list.data.cast::<*const c::apriltag_detection_t>();
+    (0..usize::try_from(list.size).unwrap_or(0))
+        // SAFETY: the list holds `size` pointers, one after another.
+        .map(|index| unsafe { first.add(index).read_unaligned() })
+        .collect()
+}
+
+fn hit(detection: *const c::apriltag_detection_t) -> Hit {
+    // SAFETY: taken from the library's list, which still lives.
+    let detection = unsafe { &*detection };
+    Hit { id: u32::try_from(detection.id).unwrap_or(u32::MAX), corners: detection.p }
 }
 
 impl Drop for AprilTagC {

@@ -2,23 +2,81 @@
 
 #[cfg(feature = "peers")]
 mod apriltag_c;
+#[cfg(feature = "peers")]
+mod kornia;
+#[cfg(feature = "peers")]
+mod locus;
 mod ours;
 
 use tagbus_camera::picture::Picture;
+use tagbus_detector::Refinement;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// A tag that a detector says is there. Where its corners start and which way round they go is the detector's affair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit {
+    pub(crate) id: u32,
+    pub(crate) corners: [[f64; 2]; 4],
+}
 
 /// A detector under test.
 pub(crate) trait Peer {
     /// Name and version.
     fn name(&self) -> String;
-    /// Searches a picture and says how many tags it found.
-    fn detect(&mut self, picture: &Picture) -> usize;
+    /// Its decimation factor.
+    fn factor(&self) -> f64;
+    /// Its other settings in a few words; empty for its defaults.
+    fn variant(&self) -> String;
+    /// Gets ready for a picture, outside of what is timed: those that want pictures in memory of their own copy it.
+    fn prepare(&mut self, _picture: &Picture) -> Result<(), Failure> {
+        Ok(())
+    }
+    /// Searches the picture that was prepared and adds what it found.
+    fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>);
 }
 
-/// All detectors that this build has, for one family and decimation factor; ours first.
-pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Box<dyn std::error::Error>> {
-    let mut peers: Vec<Box<dyn Peer>> = vec![Box::new(ours::Ours::new(family, factor)?)];
+/// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first.
+pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Failure> {
+    let mut peers: Vec<Box<dyn Peer>> = vec![Box::new(ours::Ours::new(family, factor, Refinement::Edges)?)];
     #[cfg(feature = "peers")]
-    peers.push(Box::new(apriltag_c::AprilTagC::new(family, factor)?));
+    peers.push(Box::new(apriltag_c::AprilTagC::new(family, factor, apriltag_c::DEFAULT_CONTRAST)?));
     peers.shrink_to_fit();
     Ok(peers)
+}
+
+/// Every configuration that a sweep compares, ours first. Decimation goes on until nothing is found any more.
+pub(crate) fn sweep(family: &str) -> Result<Vec<Box<dyn Peer>>, Failure> {
+    let mut peers: Vec<Box<dyn Peer>> = Vec::new();
+    for factor in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0] {
+        for refinement in [Refinement::Edges, Refinement::Tag] {
+            peers.push(Box::new(ours::Ours::new(family, factor, refinement)?));
+        }
+    }
+    #[cfg(feature = "peers")]
+    add_others(family, &mut peers)?;
+    Ok(peers)
+}
+
+/// Peers that do not know the family are left out.
+#[cfg(feature = "peers")]
+fn add_others(family: &str, peers: &mut Vec<Box<dyn Peer>>) -> Result<(), Failure> {
+    for factor in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0] {
+        // A tuned contrast limit is the cheapest way to make the C library fast on quiet pictures.
+        let tuned: &[i32] = if factor == 1.0 || factor == 2.0 { &[10, 20, 40] } else { &[] };
+        for contrast in std::iter::once(&apriltag_c::DEFAULT_CONTRAST).chain(tuned) {
+            peers.push(Box::new(apriltag_c::AprilTagC::new(family, factor, *contrast)?));
+        }
+    }
+    for factor in [1, 2, 3, 4, 6, 8] {
+        peers.extend(kornia::Kornia::new(family, factor).map(|peer| Box::new(peer) as Box<dyn Peer>));
+    }
+    for profile in locus::PROFILES {
+        for factor in [1, 2, 3, 4] {
+            peers.extend(
+                locus::Locus::new(family, profile, factor).map(|peer| Box::new(peer) as Box<dyn Peer>),
+            );
+        }
+    }
+    Ok(())
 }

@@ -1,19 +1,21 @@
 //! Our own detector.
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::{Decimation, Detector, Level, LumaView, Settings};
+use tagbus_detector::{Decimation, Detector, Level, LumaView, Refinement, Settings};
 use tagbus_family::Family;
 
-use super::Peer;
+use super::{Failure, Hit, Peer};
 
 pub(super) struct Ours {
     detector: Detector,
+    settings: Settings,
 }
 
 impl Ours {
-    pub(super) fn new(family: &str, factor: f64) -> Result<Self, Box<dyn std::error::Error>> {
-        let settings = Settings { decimation: Decimation::from_factor(factor)?, ..Settings::default() };
-        Ok(Self { detector: Detector::new(&[Family::published(family)?], &settings)? })
+    pub(super) fn new(family: &str, factor: f64, refinement: Refinement) -> Result<Self, Failure> {
+        let settings =
+            Settings { decimation: Decimation::from_factor(factor)?, refinement, ..Settings::default() };
+        Ok(Self { detector: Detector::new(&[Family::published(family)?], &settings)?, settings })
     }
 }
 
@@ -22,8 +24,18 @@ impl Peer for Ours {
         format!("tagbus {} ({})", env!("CARGO_PKG_VERSION"), Level::best())
     }
 
-    fn detect(&mut self, picture: &Picture) -> usize {
-        let view = LumaView::grey(&picture.luma, picture.width, picture.height);
-        view.map_or(0, |view| self.detector.detect(&view).len())
+    fn factor(&self) -> f64 {
+        self.settings.decimation.factor()
+    }
+
+    fn variant(&self) -> String {
+        self.settings.refinement.name().to_owned()
+    }
+
+    fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>) {
+        if let Ok(view) = LumaView::grey(&picture.luma, picture.width, picture.height) {
+            let found = self.detector.detect(&view);
+            hits.extend(found.iter().map(|tag| Hit { id: tag.id, corners: tag.corners }));
+        }
     }
 }

@@ -1,0 +1,135 @@
+//! What can be asked for on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use crate::sets::NAMES;
+
+/// The set of pictures that the user names.
+pub(crate) const NATURAL: &str = "natural";
+
+/// Measures tagbus beside its peers.
+#[derive(Parser)]
+#[command(name = "tagbus-bench", version, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  tagbus-bench cpu photo.jpg board.png
+  tagbus-bench corners --family tagCustom48h12 --decimate 2
+  cargo run --release -p tagbus-bench --features peers -- cpu --record bench/record/cpu.md photo.jpg
+  tagbus-bench render textured --count 20 --out target/textured
+  cargo run --release -p tagbus-bench --features peers -- sweep textured --count 10 --record bench/record";
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// CPU time per picture of this detector and, with the feature `peers`, of the AprilTag C library, interleaved.
+    Cpu(CpuArguments),
+    /// How exact corners are on rendered tags, for each kind of refinement.
+    Corners(CornersArguments),
+    /// Frames of a data set with exact truth, as files or as a list.
+    Render(RenderArguments),
+    /// Every configuration of every detector on a data set: recall, wrong ids, corner errors, CPU time.
+    Sweep(SweepArguments),
+}
+
+#[derive(clap::Args)]
+pub(crate) struct CpuArguments {
+    /// Pictures to search.
+    #[arg(required = true)]
+    pub(crate) pictures: Vec<PathBuf>,
+    /// Tag family to look for.
+    #[arg(long, default_value = "tag36h11")]
+    pub(crate) family: String,
+    /// Decimation factors, one block of the table each.
+    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2")]
+    pub(crate) decimate: Vec<f64>,
+    /// Rounds; in each round every detector searches every picture once.
+    #[arg(long, default_value_t = 15)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Write the table and what it was measured on to this file (Markdown), and the figures beside it (CSV).
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct CornersArguments {
+    /// Tag families.
+    #[arg(long, value_delimiter = ',', default_value = "tag36h11,tagStandard41h12")]
+    pub(crate) family: Vec<String>,
+    /// Decimation factor.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) decimate: f64,
+    /// Pictures a row of the table.
+    #[arg(long, default_value_t = 400)]
+    pub(crate) pictures: u64,
+    /// Blur of the picture, standard deviation in pixels.
+    #[arg(long, default_value_t = 0.7)]
+    pub(crate) blur: f32,
+    /// Noise of the picture, standard deviation in grey levels.
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) noise: f32,
+    /// Another seed gives other pictures.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write the table and what it was measured on to this file (Markdown).
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct RenderArguments {
+    /// The data set.
+    #[arg(value_parser = NAMES)]
+    pub(crate) set: String,
+    /// Tag families.
+    #[arg(long, value_delimiter = ',', default_value = "tag36h11,tagStandard41h12")]
+    pub(crate) family: Vec<String>,
+    /// Frames of each family; all of the set when not given. Distances and tilts take turns.
+    #[arg(long)]
+    pub(crate) count: Option<usize>,
+    /// Another seed gives other frames.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder for the frames (PNG) and their truth (JSON). Without it each frame's name, truth and hash is a line.
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct SweepArguments {
+    /// The data set, or `natural` for pictures of your own without truth.
+    #[arg(value_parser = sets_and_natural())]
+    pub(crate) set: String,
+    /// Tag families, one table each.
+    #[arg(long, value_delimiter = ',', default_value = "tag36h11,tagStandard41h12")]
+    pub(crate) family: Vec<String>,
+    /// Frames of each family, distance and tilt; as many as the set has when not given.
+    #[arg(long)]
+    pub(crate) count: Option<usize>,
+    /// Another seed gives other frames.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Rounds; in each round every detector searches the frame once.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Folder of pictures for the set `natural`.
+    #[arg(long)]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Folder for the page, the figures as CSV and the plots.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+fn sets_and_natural() -> Vec<&'static str> {
+    NAMES.into_iter().chain([NATURAL]).collect()
+}

@@ -1,0 +1,129 @@
+//! All detectors taking turns on the same frames.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use tagbus_camera::picture::Picture;
+
+use super::score::{Score, score};
+use crate::clock::cpu_us;
+use crate::peers::{self, Hit, Peer};
+use crate::sets::{Bin, Renderer};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// One configuration of one detector and what it did on every frame.
+pub(crate) struct Line {
+    pub(crate) family: String,
+    pub(crate) name: String,
+    pub(crate) factor: f64,
+    pub(crate) variant: String,
+    pub(crate) frames: Vec<Measured>,
+}
+
+/// One detector on one frame.
+pub(crate) struct Measured {
+    pub(crate) bin: Bin,
+    pub(crate) score: Score,
+    pub(crate) times: Times,
+}
+
+/// CPU time of the quickest and of the middle round, microseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Times {
+    pub(crate) min_us: f64,
+    pub(crate) median_us: f64,
+}
+
+impl Times {
+    fn of(mut rounds_us: Vec<f64>) -> Times {
+        rounds_us.sort_by(f64::total_cmp);
+        let at = |index: usize| rounds_us.get(index).copied().unwrap_or(0.0);
+        Times { min_us: at(0), median_us: at(rounds_us.len() / 2) }
+    }
+}
+
+/// Measures all detectors on the first `count` frames. Frames live one at a time.
+pub(crate) fn run(renderer: &Renderer, count: usize, rounds: usize) -> Result<Vec<Line>, Failure> {
+    let family = renderer.family().name();
+    let mut peers = peers::sweep(family)?;
+    let mut lines: Vec<Line> = peers.iter().map(|peer| empty_line(family, peer.as_ref())).collect();
+    let bar = bar(count, &format!("{} {family}", renderer.recipe().name));
+    for index in 0..count {
+        let frame = renderer.frame(index)?;
+        if index == 0 {
+            measure(&mut peers, &frame.picture, 1)?;
+        }
+        let results = measure(&mut peers, &frame.picture, rounds)?;
+        for (line, (hits, times)) in lines.iter_mut().zip(results) {
+            line.frames.push(Measured { bin: frame.bin, score: score(&hits, &frame.truth), times });
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(lines)
+}
+
+/// In each round every detector takes one turn, so that what else the machine does hits all alike.
+pub(super) fn measure(
+    peers: &mut [Box<dyn Peer>],
+    picture: &Picture,
+    rounds: usize,
+) -> Result<Vec<(Vec<Hit>, Times)>, Failure> {
+    let mut hits = vec![Vec::new(); peers.len()];
+    let mut times = vec![Vec::with_capacity(rounds); peers.len()];
+    for peer in peers.iter_mut() {
+        peer.prepare(picture)?;
+    }
+    for _ in 0..rounds {
+        for ((peer, hits), times) in peers.iter_mut().zip(&mut hits).zip(&mut times) {
+            hits.clear();
+            times.push(cpu_us(|| peer.detect(picture, hits)).0);
+        }
+    }
+    Ok(hits.into_iter().zip(times.into_iter().map(Times::of)).collect())
+}
+
+pub(super) fn empty_line(family: &str, peer: &dyn Peer) -> Line {
+    Line {
+        family: family.to_owned(),
+        name: peer.name(),
+        factor: peer.factor(),
+        variant: peer.variant(),
+        frames: Vec::new(),
+    }
+}
+
+/// A bar on a terminal, and nothing elsewhere. It draws only when it is told to: no thread of its own that would be
+/// measured with the detectors.
+pub(super) fn bar(count: usize, title: &str) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64).with_message(title.to_owned());
+    match ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sets::named;
+    use tagbus_family::Family;
+
+    #[test]
+    fn times_are_the_least_and_the_middle_one() {
+        assert_eq!(Times::of(vec![5.0, 1.0, 9.0]), Times { min_us: 1.0, median_us: 5.0 });
+    }
+
+    #[test]
+    fn our_detector_finds_near_tags_of_both_polarities_with_good_corners() {
+        for family in ["tag36h11", "tagStandard41h12"] {
+            let renderer = Renderer::new(named("near").unwrap(), Family::published(family).unwrap(), 1);
+            let lines = run(&renderer, 12, 1).unwrap();
+            assert_eq!(lines[0].factor, 1.0);
+            for measured in &lines[0].frames {
+                let errors = measured.score.found.expect("tags of 5 pixels a cell and more are found");
+                assert!(errors.worst() < 0.5, "{:?}: {}", measured.bin, errors.worst());
+                assert_eq!(measured.score.wrong, 0);
+            }
+        }
+    }
+}

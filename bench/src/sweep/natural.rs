@@ -1,0 +1,114 @@
+//! Pictures without truth: only time and the number of hits.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use image::imageops::FilterType;
+use image::{DynamicImage, GrayImage};
+use tagbus_camera::picture::{Picture, load_grey};
+
+use super::measure::{Times, bar, measure};
+use crate::peers;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// The size of the paper's frames, to which every picture is brought as well.
+const FRAME: [u32; 2] = [1296, 964];
+/// The two sizes at which every picture is searched.
+const SIZES: [&str; 2] = ["as it is", "1296x964"];
+
+/// One configuration at one size, over all pictures.
+#[derive(Clone, Default)]
+struct Totals {
+    hits: usize,
+    times: Vec<Times>,
+}
+
+/// A table over all pictures of the folder.
+pub(crate) fn sweep(folder: &Path, family: &str, rounds: usize) -> Result<String, Failure> {
+    let paths = pictures_in(folder)?;
+    let mut peers = peers::sweep(family)?;
+    let mut totals = vec![[Totals::default(), Totals::default()]; peers.len()];
+    let bar = bar(paths.len(), "natural");
+    for path in &paths {
+        let picture = load_grey(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let scaled = scaled(&picture).ok_or_else(|| format!("{} is damaged", path.display()))?;
+        for (size, picture) in [picture, scaled].iter().enumerate() {
+            for (totals, (hits, times)) in totals.iter_mut().zip(measure(&mut peers, picture, rounds)?) {
+                totals[size].hits += hits.len();
+                totals[size].times.push(times);
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let rows = peers.iter().zip(&totals);
+    let mut text = format!("## {family}, {} pictures\n\n{HEAD}", paths.len());
+    for (size, size_name) in SIZES.into_iter().enumerate() {
+        let base = totals.first().map_or(0.0, |ours| ours[size].sum_ms());
+        for (peer, totals) in rows.clone() {
+            let (name, factor, variant) = (peer.name(), peer.factor(), peer.variant());
+            // Writing to a String cannot fail.
+            let _ =
+                writeln!(text, "| {size_name} | {name} | {factor} | {variant} {}", totals[size].row(base));
+        }
+    }
+    Ok(text)
+}
+
+const HEAD: &str = "| size | detector | decimation | settings | hits | CPU median ms | CPU mean of minima ms | times ours at decimation 1 |\n\
+                    |---|---|---|---|---|---|---|---|\n";
+
+impl Totals {
+    /// Sum of the quickest rounds, milliseconds.
+    fn sum_ms(&self) -> f64 {
+        self.times.iter().map(|times| times.min_us).sum::<f64>() * 1e-3
+    }
+
+    fn row(&self, base_ms: f64) -> String {
+        let mut medians: Vec<f64> = self.times.iter().map(|times| times.median_us).collect();
+        medians.sort_by(f64::total_cmp);
+        let median_ms = medians.get(medians.len() / 2).copied().unwrap_or(0.0) * 1e-3;
+        let mean_ms = self.sum_ms() / self.times.len().max(1) as f64;
+        format!("| {} | {median_ms:.3} | {mean_ms:.3} | {:.2} |", self.hits, self.sum_ms() / base_ms)
+    }
+}
+
+/// Pictures by name, in a fixed order.
+fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let is_picture = |path: &PathBuf| {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+        ["jpg", "jpeg", "png", "pgm", "bmp"].contains(&ending.as_str())
+    };
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder)?.collect();
+    let mut paths: Vec<PathBuf> = entries?.into_iter().map(|entry| entry.path()).filter(is_picture).collect();
+    paths.sort();
+    if paths.is_empty() {
+        return Err(format!("{} holds no picture (jpg, png, pgm, bmp)", folder.display()).into());
+    }
+    Ok(paths)
+}
+
+/// The middle part that has the paper's proportions, brought to the paper's size (Catmull-Rom, which keeps edges sharp
+/// without ringing over several pixels). `None` when the grey levels do not fill the size.
+fn scaled(picture: &Picture) -> Option<Picture> {
+    let grey = GrayImage::from_raw(picture.width as u32, picture.height as u32, picture.luma.clone())?;
+    let scaled = DynamicImage::from(grey).resize_to_fill(FRAME[0], FRAME[1], FilterType::CatmullRom);
+    let [width, height] = FRAME.map(|side| side as usize);
+    Some(Picture { width, height, luma: scaled.into_luma8().into_raw() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_picture_is_brought_to_the_papers_size() {
+        for [width, height] in [[320, 480], [2000, 1000], [7, 5]] {
+            let picture = Picture { width, height, luma: vec![90; width * height] };
+            let scaled = scaled(&picture).unwrap();
+            assert_eq!((scaled.width, scaled.height), (1296, 964));
+            assert!(scaled.luma.iter().all(|level| *level == 90));
+        }
+    }
+}
