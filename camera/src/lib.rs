@@ -46,7 +46,7 @@ pub mod source;
 
 mod folder;
 mod mjpeg;
-mod order;
+pub mod order;
 mod raw;
 mod still;
 mod synthetic;

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 /// Compares two names piece by piece: runs of digits by value, everything else by its bytes.
 ///
 /// Equal up to leading zeros, the plain byte order decides, so that the order is total.
-pub(crate) fn natural(left: &[u8], right: &[u8]) -> Ordering {
+pub fn natural(left: &[u8], right: &[u8]) -> Ordering {
     let (mut a, mut b) = (left, right);
     while !a.is_empty() && !b.is_empty() {
         let ((piece_a, rest_a), (piece_b, rest_b)) = (split_piece(a), split_piece(b));

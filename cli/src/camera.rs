@@ -104,6 +104,11 @@ impl CameraFlags {
 }
 
 impl SourceFlags {
+    /// Whether frames come from the built-in scene.
+    pub(crate) fn is_scene(&self) -> bool {
+        matches!(self.source, Source::Scene { .. })
+    }
+
     fn options(&self) -> Result<SourceOptions, FramerateError> {
         Ok(SourceOptions {
             width: self.width,

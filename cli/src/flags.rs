@@ -52,10 +52,11 @@ pub(crate) struct DetectorName {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Detector")]
 pub(crate) struct DetectorFlags {
-    /// Tag families to look for, separated by commas (see `tagbus family list`)
-    #[arg(long, value_name = "LIST", default_value = "tag36h11")]
-    #[serde(with = "text")]
-    pub(crate) family: FamilyList,
+    /// Tag families to look for, separated by commas (see `tagbus family list`); by default tag36h11, and with the built-in
+    /// scene of `tagbus run` what it shows
+    #[arg(long, value_name = "LIST")]
+    #[serde(default, with = "text::optional")]
+    pub(crate) family: Option<FamilyList>,
     /// How much smaller the frame is made for finding quads: 1, 1.5, 2, 3, ...; saves time, loses small tags
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::default().decimation.factor())]
     pub(crate) decimate: f64,
@@ -79,6 +80,14 @@ pub(crate) struct DetectorFlags {
 }
 
 impl DetectorFlags {
+    /// The families to look for.
+    pub(crate) fn families(&self) -> Result<Vec<Family>, UnknownFamily> {
+        match &self.family {
+            Some(list) => Ok(list.0.clone()),
+            None => Ok(vec![Family::published("tag36h11")?]),
+        }
+    }
+
     /// What the detector is told.
     pub(crate) fn settings(&self) -> Result<Settings, SettingsError> {
         Ok(Settings {
@@ -95,6 +104,18 @@ impl DetectorFlags {
 /// Published families by name, separated by commas.
 #[derive(Clone, Debug)]
 pub(crate) struct FamilyList(pub(crate) Vec<Family>);
+
+impl FamilyList {
+    /// The families that the built-in scene shows, each once.
+    pub(crate) fn of_scene() -> Result<Self, UnknownFamily> {
+        let shown = tagbus_scene::SceneConfig::default().families;
+        // A nested entry names the outer family first: "outer/inner".
+        let mut names: Vec<&str> = shown.iter().flat_map(|entry| entry.split('/')).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.into_iter().map(Family::published).collect::<Result<_, _>>().map(Self)
+    }
+}
 
 impl FromStr for FamilyList {
     type Err = UnknownFamily;

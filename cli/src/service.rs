@@ -42,7 +42,7 @@ pub(crate) fn execute(command: ServiceCommand, invocation: &Invocation) -> Resul
     let Some(flags) = invocation.in_force(command.flags)? else { return Ok(Outcome::Done) };
     let stop = role::stop(invocation.parent())?;
     let settings = flags.detector.settings()?;
-    let mut config = ServiceConfig::new(flags.bus.domain()?, flags.detector.family.0);
+    let mut config = ServiceConfig::new(flags.bus.domain()?, flags.detector.families()?);
     config.camera = flags.bus.camera;
     config.detector = flags.name.detector;
     config.settings = settings;

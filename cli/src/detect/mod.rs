@@ -117,7 +117,7 @@ impl Tally {
 
 /// A detector with what is to be done with its results.
 struct Search<'a> {
-    families: &'a [Family],
+    families: Vec<Family>,
     detector: Detector,
     flags: &'a DetectFlags,
 }
@@ -137,8 +137,8 @@ impl Searched {
 
 impl<'a> Search<'a> {
     fn new(flags: &'a DetectFlags) -> Result<Self, Failure> {
-        let families = flags.detector.family.0.as_slice();
-        let mut detector = Detector::new(families, &flags.detector.settings()?)?;
+        let families = flags.detector.families()?;
+        let mut detector = Detector::new(&families, &flags.detector.settings()?)?;
         if let Some(LevelName(level)) = flags.level {
             detector.set_level(level);
         }
@@ -157,7 +157,7 @@ impl<'a> Search<'a> {
         if let Some(folder) = &self.flags.stages {
             overlay::write(folder, path, &picture, &measured.detections)?;
         }
-        let report = Report { path, picture: &picture, measured: &measured, families: self.families };
+        let report = Report { path, picture: &picture, measured: &measured, families: &self.families };
         let text = if self.flags.json { report.json()? } else { report.text() };
         Ok(Searched { tags: measured.detections.len(), text })
     }

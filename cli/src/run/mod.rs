@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::camera::{CameraFlags, SourceFlags};
 use crate::command::Invocation;
 use crate::config::arguments;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, FamilyList};
 use crate::outcome::{Failure, Outcome};
 use crate::service::ServiceFlags;
 use crate::watch::{ViewFlags, WatchFlags};
@@ -67,7 +67,10 @@ impl RunFlags {
 
     /// The three processes. Those who listen come first: less is missed.
     fn children(self) -> Result<[Child; 3], Failure> {
-        let Self { bus, name, view, source, detector, .. } = self;
+        let Self { bus, name, view, source, mut detector, .. } = self;
+        if detector.family.is_none() && source.is_scene() {
+            detector.family = Some(FamilyList::of_scene()?);
+        }
         let watch = WatchFlags { bus: bus.clone(), name: name.clone(), view };
         let service = ServiceFlags { bus: bus.clone(), name, detector };
         let camera = CameraFlags::new(bus, source);

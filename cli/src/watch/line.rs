@@ -8,7 +8,7 @@ use super::hops::{Hops, NAMES, short};
 pub(super) fn of(detections: &Detections) -> String {
     let header = detections.header();
     let hops = Hops::of(detections);
-    let tags: Vec<String> = detections.tags().iter().map(tag).collect();
+    let tags: Vec<String> = in_order(detections.tags()).into_iter().map(tag).collect();
     format!(
         "frame {}  {}  = {}  dropped {}  {}",
         header.sequence,
@@ -23,6 +23,13 @@ fn hop_list(hops: &Hops) -> String {
     let hops: Vec<String> =
         NAMES.iter().zip(hops.us).map(|(name, us)| format!("{name} {}", short(us))).collect();
     hops.join(" + ")
+}
+
+/// By family and id: in the message the surest comes first, which changes from frame to frame.
+pub(super) fn in_order(tags: &[TagDetection]) -> Vec<&TagDetection> {
+    let mut sorted: Vec<&TagDetection> = tags.iter().collect();
+    sorted.sort_by_key(|tag| (tag.family().to_owned(), tag.id));
+    sorted
 }
 
 fn tag(tag: &TagDetection) -> String {

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use tagbus_client::{Detections, TagDetection};
 
 use super::hops::{Hops, NAMES, short};
+use super::line::in_order;
 use crate::output::Reader;
 
 /// Nobody reads faster than this.
@@ -64,7 +65,7 @@ impl Screen {
         let times: String = hops.us.iter().map(|&us| format!("{:>10}", short(us))).collect();
         let mut rows = vec![head, Reader::Person.faint(&format!("{names}{:>10}", "= total"))];
         rows.push(format!("{times}{:>10}", short(hops.total_us)));
-        rows.extend(detections.tags().iter().take(MOST_ROWS).map(tag_row));
+        rows.extend(in_order(detections.tags()).into_iter().take(MOST_ROWS).map(tag_row));
         if detections.tags().len() > MOST_ROWS {
             rows.push(format!("  and {} more", detections.tags().len() - MOST_ROWS));
         }

@@ -38,6 +38,8 @@ pub(crate) struct Scene<'a> {
 #[derive(Default)]
 pub(crate) struct Scratch {
     cells: Vec<f32>,
+    /// Families that may still read a quad, by their place.
+    unread: Vec<usize>,
     align: Align,
 }
 
@@ -70,10 +72,8 @@ impl Kernel for IdentifyAll<'_, '_> {
         let frame = Frame::new(scene.view);
         let mut attempt = Attempt { frame: &frame, settings: scene.settings, scratch };
         for quad in quads {
-            for reader in scene.readers.iter().filter(|reader| reader.border == quad.border) {
-                if let Some(reading) = attempt.read_quad(reader, quad) {
-                    detections.push(detection(scene, reader, &reading));
-                }
+            if let Some((reader, reading)) = attempt.read_quad(scene.readers, quad) {
+                detections.push(detection(scene, reader, &reading));
             }
         }
     }

@@ -45,14 +45,48 @@ pub(super) struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// Reads a quad as a tag of `reader`'s family. `None` when it is none.
+    /// Reads a quad as a tag of one of the families that have its border. `None` when it is none.
+    ///
+    /// First with its corners as they are, for every family: where that gives a tag, only that family is followed up.
     #[inline(always)]
-    pub(super) fn read_quad(&mut self, reader: &Reader, quad: &Quad) -> Option<Reading> {
-        let raw = match self.first_look(reader, quad) {
-            First::Hopeless => return None,
-            First::Unread => None,
-            First::Tag(reading) => Some(reading),
-        };
+    pub(super) fn read_quad<'r>(
+        &mut self,
+        readers: &'r [Reader],
+        quad: &Quad,
+    ) -> Option<(&'r Reader, Reading)> {
+        let of_border = || readers.iter().filter(|reader| reader.border == quad.border);
+        let mut best: Option<(&Reader, Reading)> = None;
+        self.scratch.unread.clear();
+        for (place, reader) in of_border().enumerate() {
+            match self.first_look(reader, quad) {
+                First::Hopeless => {}
+                First::Unread => self.scratch.unread.push(place),
+                First::Tag(reading) => {
+                    let sureness =
+                        |(reader, reading): &(&Reader, Reading)| reader.chance(reading.found.hamming);
+                    let candidate = (reader, reading);
+                    if best.as_ref().is_none_or(|best| sureness(&candidate) < sureness(best)) {
+                        best = Some(candidate);
+                    }
+                }
+            }
+        }
+        if let Some((reader, reading)) = best {
+            return Some((reader, self.finish(reader, quad, Some(reading))?));
+        }
+        let unread = std::mem::take(&mut self.scratch.unread);
+        let read = of_border().enumerate().filter(|(place, _)| unread.contains(place));
+        let read = read.map(|(_, reader)| (reader, self.finish(reader, quad, None)));
+        let found = read.filter_map(|(reader, reading)| Some((reader, reading?)));
+        let surest =
+            found.min_by(|(a, x), (b, y)| a.chance(x.found.hamming).total_cmp(&b.chance(y.found.hamming)));
+        self.scratch.unread = unread;
+        surest
+    }
+
+    /// What comes after the first look: corners refined as the settings say, and the last test.
+    #[inline(always)]
+    fn finish(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Reading> {
         let reading = match self.settings.refinement {
             Refinement::None => raw?,
             Refinement::Edges => self.refined(reader, quad, raw)?,

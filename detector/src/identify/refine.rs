@@ -16,7 +16,7 @@ const LEVEL_REACH: f64 = 3.0;
 /// Length at both ends of a side that is left out, pixels: the blur of its corners, two sigma of a sharp lens.
 const END: f64 = 1.5;
 /// Distance of samples across the edge, pixels.
-const STEP: f64 = 0.25;
+const STEP: f64 = 0.5;
 /// Most samples across the edge.
 const MOST_ACROSS: usize = 81;
 /// Profiles across the edge: one per two pixels of the side, at least these, at most as the effort says.
@@ -221,19 +221,23 @@ fn crossing(frame: &Frame, side: &Side, foot: [f64; 2], window: f64) -> Option<f
         let value = frame.inside(x + i as f32 * dx, y + i as f32 * dy);
         (value - side.half_way) * side.sign
     };
-    let mut nearest: Option<f64> = None;
-    let mut before = level(0);
-    for i in 1..=2 * half {
-        let above = level(i);
-        if before <= 0.0 && above > 0.0 {
-            let place = (i as f64 - half as f64 - f64::from(above / (above - before))) * step;
-            if nearest.is_none_or(|nearest| place.abs() < nearest.abs()) {
-                nearest = Some(place);
-            }
+    // From the middle outwards, since the nearest crossing is wanted.
+    let (mut outer, mut inner) = (level(half), level(half));
+    for k in 1..=half {
+        let (next_outer, next_inner) = (level(half + k), level(half - k));
+        let outwards =
+            (outer <= 0.0 && next_outer > 0.0).then(|| k as f32 - next_outer / (next_outer - outer));
+        let inwards =
+            (next_inner <= 0.0 && inner > 0.0).then(|| k as f32 - next_inner / (next_inner - inner));
+        match (outwards, inwards) {
+            (Some(out), Some(within)) if within < out => return Some(-f64::from(within) * step),
+            (Some(out), _) => return Some(f64::from(out) * step),
+            (None, Some(within)) => return Some(-f64::from(within) * step),
+            (None, None) => {}
         }
-        before = above;
+        (outer, inner) = (next_outer, next_inner);
     }
-    nearest
+    None
 }
 
 /// The point `share` of the way from one point to another.
