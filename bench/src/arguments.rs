@@ -110,9 +110,16 @@ pub(crate) struct SweepArguments {
     /// Tag families, one table each.
     #[arg(long, value_delimiter = ',', default_value = "tag36h11,tagStandard41h12")]
     pub(crate) family: Vec<String>,
-    /// Frames of each family, distance and tilt; as many as the set has when not given.
+    /// Frames of each family, distance and tilt; as many as the set has when not given. Of natural pictures: how many.
     #[arg(long)]
     pub(crate) count: Option<usize>,
+    /// Only detectors whose name, decimation and settings hold this text, for example "AprilTag C 3.4.5 1 ". The first
+    /// one is what others are compared with.
+    #[arg(long, default_value = "")]
+    pub(crate) only: String,
+    /// A Python interpreter with further detectors (bench/peers/python.py says which and how to install them).
+    #[arg(long)]
+    pub(crate) python: Option<PathBuf>,
     /// Another seed gives other frames.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -90,10 +90,11 @@ fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let recipe = sets::named(&arguments.set)?;
     let repetitions = arguments.count.unwrap_or(recipe.repetitions);
     let count = repetitions * recipe.bins().len();
+    let plan = plan(arguments, count);
     let mut lines = Vec::new();
     for name in &arguments.family {
         let renderer = sets::Renderer::new(recipe, Family::published(name)?, arguments.seed);
-        lines.extend(sweep::run(&renderer, count, arguments.rounds)?);
+        lines.extend(sweep::run(&renderer, &plan)?);
     }
     let page = sweep::page(&lines);
     print!("{page}");
@@ -106,6 +107,12 @@ fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     record_sweep(folder, &recipe, &lines, &how, &page)
 }
 
+fn plan(arguments: &SweepArguments, frames: usize) -> sweep::Plan {
+    let SweepArguments { rounds, only, python, .. } = arguments;
+    let detectors = peers::Choice { only: only.clone(), python: python.clone() };
+    sweep::Plan { frames, rounds: *rounds, detectors }
+}
+
 fn record_sweep(
     folder: &Path,
     recipe: &sets::Recipe,
@@ -115,12 +122,18 @@ fn record_sweep(
 ) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     let name = recipe.name;
-    let path = |ending: &str| folder.join(format!("{name}{ending}"));
-    let figures = format!("![Figure 7]({name}-figure7.svg)\n![Figure 8]({name}-figure8.svg)\n\n{page}");
-    record::write_page(&path(".md"), &format!("Sweep of the set {name}"), how, &figures)?;
-    std::fs::write(path(".csv"), sweep::csv(lines))?;
-    sweep::figure_7(lines, &format!("Speed against recall: {name}"), &path("-figure7.svg"))?;
-    sweep::figure_8(lines, &format!("Recall against distance: {name}"), &path("-figure8.svg"))
+    let mut links = String::new();
+    for family in lines.chunk_by(|a, b| a.family == b.family) {
+        let title = &family[0].family;
+        let file = |figure: u32| format!("{name}-{title}-figure{figure}.svg");
+        let (speed, range) = (file(7), file(8));
+        sweep::figure_7(family, &format!("Speed against recall: {name}, {title}"), &folder.join(&speed))?;
+        sweep::figure_8(family, &format!("Recall against distance: {name}, {title}"), &folder.join(&range))?;
+        links += &format!("* {title}: [speed against recall]({speed}), [recall against distance]({range})\n");
+    }
+    let page = format!("{links}\n{page}");
+    record::write_page(&folder.join(format!("{name}.md")), &format!("Sweep of the set {name}"), how, &page)?;
+    Ok(std::fs::write(folder.join(format!("{name}.csv")), sweep::csv(lines))?)
 }
 
 fn sweep_natural(arguments: &SweepArguments) -> Result<(), Failure> {
@@ -128,9 +141,10 @@ fn sweep_natural(arguments: &SweepArguments) -> Result<(), Failure> {
         .pictures
         .as_deref()
         .ok_or("natural pictures are yours: name their folder with --pictures")?;
+    let plan = plan(arguments, arguments.count.unwrap_or(usize::MAX));
     let mut page = String::new();
     for family in &arguments.family {
-        page += &sweep::sweep_natural(folder, family, arguments.rounds)?;
+        page += &sweep::sweep_natural(folder, family, &plan)?;
     }
     print!("{page}");
     let Some(folder) = &arguments.record else { return Ok(()) };

@@ -3,6 +3,7 @@
 
 use crate::canvas::{Canvas, Window};
 use crate::coverage::Coverage;
+use crate::elementary::sine_cosine_of_turns;
 use crate::homography::Point;
 use crate::random::{Stream, key_for};
 use crate::texture::Clouds;
@@ -12,6 +13,28 @@ const HORIZON: f64 = 0.68;
 const WALL_LEVEL: f32 = 145.0;
 const FLOOR_LEVEL: f32 = 95.0;
 const TEXTURE_AMPLITUDE: f32 = 45.0;
+
+/// Things that lie and hang about in a lived-in room, of all sizes down to a few pixels.
+const THINGS: usize = 700;
+/// Sides of things as shares of the picture's height: small ones are many.
+const THING_SIDES: [f64; 2] = [0.004, 0.13];
+/// The carpet of a lived-in room: deviation of its grain from the floor, and its coarsest structure in pixels.
+const CARPET_AMPLITUDE: f32 = 55.0;
+const CARPET_GRAIN_PX: f32 = 12.0;
+
+/// Paints the room and fills it: things of every size, tone and direction on walls and floor, and a carpet. What a
+/// detector has to look at is many times as much as in the bare room.
+pub(crate) fn paint_full_room(frame: Window, seed: u64) -> Canvas {
+    let mut room = Painter {
+        canvas: paint_room(frame, seed),
+        coverage: Coverage::default(),
+        stream: Stream::new(key_for(seed, 3)),
+    };
+    room.lay_carpet(key_for(seed, 4));
+    room.scatter_things();
+    room.canvas.pixels.iter_mut().for_each(|pixel| *pixel = pixel.clamp(0.0, 255.0));
+    room.canvas
+}
 
 /// Paints the room, sharp.
 pub(crate) fn paint_room(frame: Window, seed: u64) -> Canvas {
@@ -92,6 +115,35 @@ impl Painter {
         }
     }
 
+    /// Grain on everything below the horizon.
+    fn lay_carpet(&mut self, seed: u64) {
+        let window = self.canvas.window;
+        let mut grain = Canvas::plain(window, 0.0);
+        Clouds::new(seed, CARPET_GRAIN_PX).add_to(&mut grain, CARPET_AMPLITUDE);
+        let horizon = (HORIZON * window.height as f64) as usize;
+        for y in window.rows().skip(horizon) {
+            let pixels = self.canvas.row_mut(y, window.columns());
+            for (pixel, grain) in pixels.iter_mut().zip(grain.row(y, window.columns())) {
+                *pixel += grain;
+            }
+        }
+    }
+
+    /// Rectangles everywhere, turned at random.
+    fn scatter_things(&mut self) {
+        let shape = self.canvas.window.width as f64 / self.canvas.window.height as f64;
+        for _ in 0..THINGS {
+            let middle = [self.stream.unit(), self.stream.unit()];
+            let [width, height] = [0, 1].map(|_| {
+                let share = self.stream.unit();
+                THING_SIDES[0] + (THING_SIDES[1] - THING_SIDES[0]) * share * share * share
+            });
+            let level = self.level(10.0, 240.0);
+            let corners = turned(middle, [width, height], self.stream.unit(), shape);
+            self.fill(&corners, level);
+        }
+    }
+
     fn level(&mut self, low: f64, high: f64) -> f32 {
         self.stream.between(low, high) as f32
     }
@@ -119,6 +171,17 @@ fn askew([x, y]: Point, [width, height]: [f64; 2], skew: f64) -> [Point; 4] {
     [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)]
 }
 
+/// A rectangle turned by a part of a whole turn. Lengths are shares of the picture's height, `shape` being its width
+/// divided by its height.
+fn turned([x, y]: Point, [width, height]: [f64; 2], turns: f64, shape: f64) -> [Point; 4] {
+    let (sine, cosine) = sine_cosine_of_turns(turns);
+    let corner = |right: f64, down: f64| {
+        let (right, down) = (right * width / 2.0, down * height / 2.0);
+        [x + (right * cosine - down * sine) / shape, y + right * sine + down * cosine]
+    };
+    [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,5 +201,15 @@ mod tests {
     fn every_seed_has_its_own_room() {
         let [one, other] = [1, 2].map(|seed| paint_room(Window::whole(80, 60), seed).pixels);
         assert_ne!(one, other);
+    }
+
+    #[test]
+    fn a_full_room_has_many_more_edges_than_a_bare_one() {
+        let edges =
+            |room: &Canvas| room.pixels.windows(2).filter(|pair| (pair[0] - pair[1]).abs() > 20.0).count();
+        let frame = Window::whole(320, 240);
+        let (bare, full) = (paint_room(frame, 1), paint_full_room(frame, 1));
+        assert!(edges(&full) > 3 * edges(&bare), "{} against {}", edges(&full), edges(&bare));
+        assert!(full.pixels.iter().all(|pixel| (0.0..=255.0).contains(pixel)));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::canvas::Canvas;
 use crate::random::{key_for, number_at, unit_from};
-use crate::room::paint_room;
+use crate::room::{paint_full_room, paint_room};
 
 /// What is behind the tags.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +26,8 @@ pub enum Background {
     },
     /// A room of its own for every seed: wall, floor, pictures, boxes and cables, with structure on everything.
     Room,
+    /// The same room, lived in: hundreds of things of every size, and a carpet with grain.
+    FullRoom,
 }
 
 impl Background {
@@ -48,6 +50,7 @@ impl Background {
                 Clouds::new(seed, height as f32 / 3.0).add_to(canvas, amplitude);
             }
             Background::Room => *canvas = paint_room(canvas.window, seed),
+            Background::FullRoom => *canvas = paint_full_room(canvas.window, seed),
         }
     }
 }
@@ -159,8 +162,10 @@ mod tests {
 
     #[test]
     fn a_room_as_background_fills_the_picture_and_follows_the_seed() {
-        let [one, other] = [1, 2].map(|seed| filled(Background::Room, seed));
-        assert_eq!(one.window, Window::whole(120, 90));
-        assert_ne!(one.pixels, other.pixels);
+        for background in [Background::Room, Background::FullRoom] {
+            let [one, other] = [1, 2].map(|seed| filled(background, seed));
+            assert_eq!(one.window, Window::whole(120, 90));
+            assert_ne!(one.pixels, other.pixels);
+        }
     }
 }

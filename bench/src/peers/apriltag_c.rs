@@ -87,7 +87,7 @@ fn pointers(found: *const c::zarray_t) -> Vec<*const c::apriltag_detection_t> {
     let first = list.data.cast::<*const c::apriltag_detection_t>();
     (0..usize::try_from(list.size).unwrap_or(0))
         // SAFETY: the list holds `size` pointers, one after another.
-        .map(|index| unsafe { first.add(index).read_unaligned() })
+        .map(|index| unsafe { first.wrapping_add(index).read_unaligned() })
         .collect()
 }
 

@@ -7,6 +7,9 @@ mod kornia;
 #[cfg(feature = "peers")]
 mod locus;
 mod ours;
+mod python;
+
+use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
 use tagbus_detector::Refinement;
@@ -34,6 +37,11 @@ pub(crate) trait Peer {
     }
     /// Searches the picture that was prepared and adds what it found.
     fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>);
+    /// CPU time of the last search in microseconds, of detectors that count it themselves because they run in another
+    /// process.
+    fn own_cpu_us(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first.
@@ -45,8 +53,16 @@ pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Failu
     Ok(peers)
 }
 
-/// Every configuration that a sweep compares, ours first. Decimation goes on until nothing is found any more.
-pub(crate) fn sweep(family: &str) -> Result<Vec<Box<dyn Peer>>, Failure> {
+/// Which detectors a sweep compares.
+pub(crate) struct Choice {
+    /// Those whose name, decimation and variant, with blanks between them, hold this text.
+    pub(crate) only: String,
+    /// A Python interpreter that has further detectors.
+    pub(crate) python: Option<PathBuf>,
+}
+
+/// Every configuration that a sweep compares, ours first. Decimation goes on until next to nothing is found any more.
+pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>, Failure> {
     let mut peers: Vec<Box<dyn Peer>> = Vec::new();
     for factor in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0] {
         for refinement in [Refinement::Edges, Refinement::Tag] {
@@ -55,7 +71,16 @@ pub(crate) fn sweep(family: &str) -> Result<Vec<Box<dyn Peer>>, Failure> {
     }
     #[cfg(feature = "peers")]
     add_others(family, &mut peers)?;
-    Ok(peers)
+    let only = &choice.only;
+    peers.retain(|peer| format!("{} {} {}", peer.name(), peer.factor(), peer.variant()).contains(only));
+    if let Some(python) = &choice.python {
+        // Not chosen from: its first configuration brings the pictures for all of them.
+        peers.extend(python::all(python, family)?.into_iter().map(|peer| Box::new(peer) as Box<dyn Peer>));
+    }
+    match peers.is_empty() {
+        true => Err(format!("no detector's name, decimation and settings hold \"{only}\"").into()),
+        false => Ok(peers),
+    }
 }
 
 /// Peers that do not know the family are left out.

@@ -217,7 +217,7 @@ mod tests {
         let renderer = renderer("textured", "tag36h11");
         for index in 0..10 {
             let frame = renderer.frame(index).unwrap();
-            let expected = 800.0 * 0.4 / f64::from(frame.bin.distance_cm);
+            let expected = renderer.recipe().focal_px * 0.4 / f64::from(frame.bin.distance_cm);
             assert!((frame.truth[0].cell_px / expected - 1.0).abs() < 1e-6, "{:?}", frame.bin);
         }
     }

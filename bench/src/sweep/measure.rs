@@ -5,10 +5,17 @@ use tagbus_camera::picture::Picture;
 
 use super::score::{Score, score};
 use crate::clock::cpu_us;
-use crate::peers::{self, Hit, Peer};
+use crate::peers::{self, Choice, Hit, Peer};
 use crate::sets::{Bin, Renderer};
 
 type Failure = Box<dyn std::error::Error>;
+
+/// How much is measured.
+pub(crate) struct Plan {
+    pub(crate) frames: usize,
+    pub(crate) rounds: usize,
+    pub(crate) detectors: Choice,
+}
 
 /// One configuration of one detector and what it did on every frame.
 pub(crate) struct Line {
@@ -41,18 +48,18 @@ impl Times {
     }
 }
 
-/// Measures all detectors on the first `count` frames. Frames live one at a time.
-pub(crate) fn run(renderer: &Renderer, count: usize, rounds: usize) -> Result<Vec<Line>, Failure> {
+/// Measures all detectors on the first frames of a set. Frames live one at a time.
+pub(crate) fn run(renderer: &Renderer, plan: &Plan) -> Result<Vec<Line>, Failure> {
     let family = renderer.family().name();
-    let mut peers = peers::sweep(family)?;
+    let mut peers = peers::sweep(family, &plan.detectors)?;
     let mut lines: Vec<Line> = peers.iter().map(|peer| empty_line(family, peer.as_ref())).collect();
-    let bar = bar(count, &format!("{} {family}", renderer.recipe().name));
-    for index in 0..count {
+    let bar = bar(plan.frames, &format!("{} {family}", renderer.recipe().name));
+    for index in 0..plan.frames {
         let frame = renderer.frame(index)?;
         if index == 0 {
             measure(&mut peers, &frame.picture, 1)?;
         }
-        let results = measure(&mut peers, &frame.picture, rounds)?;
+        let results = measure(&mut peers, &frame.picture, plan.rounds)?;
         for (line, (hits, times)) in lines.iter_mut().zip(results) {
             line.frames.push(Measured { bin: frame.bin, score: score(&hits, &frame.truth), times });
         }
@@ -76,7 +83,8 @@ pub(super) fn measure(
     for _ in 0..rounds {
         for ((peer, hits), times) in peers.iter_mut().zip(&mut hits).zip(&mut times) {
             hits.clear();
-            times.push(cpu_us(|| peer.detect(picture, hits)).0);
+            let (us, ()) = cpu_us(|| peer.detect(picture, hits));
+            times.push(peer.own_cpu_us().unwrap_or(us));
         }
     }
     Ok(hits.into_iter().zip(times.into_iter().map(Times::of)).collect())
@@ -117,7 +125,8 @@ mod tests {
     fn our_detector_finds_near_tags_of_both_polarities_with_good_corners() {
         for family in ["tag36h11", "tagStandard41h12"] {
             let renderer = Renderer::new(named("near").unwrap(), Family::published(family).unwrap(), 1);
-            let lines = run(&renderer, 12, 1).unwrap();
+            let detectors = Choice { only: "tagbus".to_owned(), python: None };
+            let lines = run(&renderer, &Plan { frames: 12, rounds: 1, detectors }).unwrap();
             assert_eq!(lines[0].factor, 1.0);
             for measured in &lines[0].frames {
                 let errors = measured.score.found.expect("tags of 5 pixels a cell and more are found");

@@ -7,7 +7,7 @@ use image::imageops::FilterType;
 use image::{DynamicImage, GrayImage};
 use tagbus_camera::picture::{Picture, load_grey};
 
-use super::measure::{Times, bar, measure};
+use super::measure::{Plan, Times, bar, measure};
 use crate::peers;
 
 type Failure = Box<dyn std::error::Error>;
@@ -24,17 +24,18 @@ struct Totals {
     times: Vec<Times>,
 }
 
-/// A table over all pictures of the folder.
-pub(crate) fn sweep(folder: &Path, family: &str, rounds: usize) -> Result<String, Failure> {
-    let paths = pictures_in(folder)?;
-    let mut peers = peers::sweep(family)?;
+/// A table over the first pictures of the folder, as many as the plan says.
+pub(crate) fn sweep(folder: &Path, family: &str, plan: &Plan) -> Result<String, Failure> {
+    let mut paths = pictures_in(folder)?;
+    paths.truncate(plan.frames);
+    let mut peers = peers::sweep(family, &plan.detectors)?;
     let mut totals = vec![[Totals::default(), Totals::default()]; peers.len()];
     let bar = bar(paths.len(), "natural");
     for path in &paths {
         let picture = load_grey(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let scaled = scaled(&picture).ok_or_else(|| format!("{} is damaged", path.display()))?;
         for (size, picture) in [picture, scaled].iter().enumerate() {
-            for (totals, (hits, times)) in totals.iter_mut().zip(measure(&mut peers, picture, rounds)?) {
+            for (totals, (hits, times)) in totals.iter_mut().zip(measure(&mut peers, picture, plan.rounds)?) {
                 totals[size].hits += hits.len();
                 totals[size].times.push(times);
             }

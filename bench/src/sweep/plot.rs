@@ -21,7 +21,7 @@ struct Series {
 /// Size of a figure in pixels.
 const SIZE: (u32, u32) = (1100, 640);
 
-/// Speed against recall, one curve for every detector and its settings, decimation changing along it.
+/// Speed against recall of the lines of one family, one curve for every detector and its settings, decimation changing along it.
 pub(crate) fn figure_7(lines: &[Line], title: &str, path: &Path) -> Result<(), Failure> {
     let series = curves_of_recall_against_time(lines);
     let times = || series.iter().flat_map(|series| series.points.iter().map(|point| point.0));
@@ -40,7 +40,9 @@ pub(crate) fn figure_7(lines: &[Line], title: &str, path: &Path) -> Result<(), F
 fn curves_of_recall_against_time(lines: &[Line]) -> Vec<Series> {
     let mut series: Vec<Series> = Vec::new();
     for line in lines {
-        let name = format!("{} {} {}", line.name, line.variant, line.family);
+        // Variants that differ in a number are points of one curve.
+        let kind = line.variant.split(" from ").next().unwrap_or_default();
+        let name = format!("{} {kind}", line.name);
         let sums = line.all();
         let point = (sums.median_ms(), sums.recall());
         match series.iter_mut().find(|series| series.name == name) {
@@ -48,12 +50,10 @@ fn curves_of_recall_against_time(lines: &[Line]) -> Vec<Series> {
             None => series.push(Series { name, points: vec![point] }),
         }
     }
-    // The C library's other limits of contrast are points of the table; curves of one or two points only hide others.
-    series.retain(|series| series.points.len() > 2);
     series
 }
 
-/// Recall against distance, one panel a tilt: of each detector the configuration that finds most.
+/// Recall against distance of the lines of one family, one panel a tilt: of each detector the configuration that finds most.
 pub(crate) fn figure_8(lines: &[Line], title: &str, path: &Path) -> Result<(), Failure> {
     let Some(first) = lines.first() else { return Ok(()) };
     let (tilts, distances) = (first.tilts(), first.distances());
@@ -73,7 +73,7 @@ pub(crate) fn figure_8(lines: &[Line], title: &str, path: &Path) -> Result<(), F
 fn best_of_each_detector(lines: &[Line]) -> Vec<&Line> {
     let mut best: Vec<&Line> = Vec::new();
     for line in lines {
-        let same = |other: &&mut &Line| other.name == line.name && other.family == line.family;
+        let same = |other: &&mut &Line| other.name == line.name;
         match best.iter_mut().find(same) {
             Some(other) if other.all().recall() < line.all().recall() => *other = line,
             Some(_) => {}
@@ -87,12 +87,18 @@ fn recall_against_distance(line: &Line, tilt_deg: u32) -> Series {
     let point =
         |distance_cm: u32| (f64::from(distance_cm), line.of_bin(Bin { tilt_deg, distance_cm }).recall());
     Series {
-        name: format!("{} /{} {} {}", line.name, line.factor, line.variant, line.family),
+        name: format!("{}, decimation {}, {}", line.name, line.factor, line.variant),
         points: line.distances().into_iter().map(point).collect(),
     }
 }
 
-fn draw<'a, X>(area: &Area<'a>, title: &str, axes: [&str; 2], span: X, series: &[Series]) -> Result<(), Failure>
+fn draw<'a, X>(
+    area: &Area<'a>,
+    title: &str,
+    axes: [&str; 2],
+    span: X,
+    series: &[Series],
+) -> Result<(), Failure>
 where
     X: AsRangedCoord<Value = f64> + 'a,
     X::CoordDescType: ValueFormatter<f64>,
@@ -110,7 +116,7 @@ where
             .draw_series(
                 LineSeries::new(series.points.iter().copied(), colour.stroke_width(2)).point_size(3),
             )?
-            .label(series.name.trim())
+            .label(series.name.trim_end_matches([' ', ',']))
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(3)));
     }
     chart
@@ -120,4 +126,52 @@ where
         .border_style(BLACK.mix(0.3))
         .draw()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::{Measured, Times};
+    use super::super::score::Score;
+    use super::*;
+
+    fn lines() -> Vec<Line> {
+        let frame = |distance_cm: u32, hits: u32, time_us: f64| Measured {
+            bin: Bin { tilt_deg: 0, distance_cm },
+            score: Score { tags: 1, hits, ..Score::default() },
+            times: Times { min_us: time_us, median_us: time_us },
+        };
+        let line = |factor: f64, far: u32, time_us: f64| Line {
+            family: "tag36h11".to_owned(),
+            name: "ours".to_owned(),
+            factor,
+            variant: "edges".to_owned(),
+            frames: vec![frame(20, 1, time_us), frame(40, far, time_us)],
+        };
+        vec![line(1.0, 1, 900.0), line(2.0, 0, 300.0)]
+    }
+
+    #[test]
+    fn decimations_are_points_of_one_curve_and_the_best_one_stands_for_its_detector() {
+        let lines = lines();
+        let curves = curves_of_recall_against_time(&lines);
+        assert_eq!(curves.len(), 1);
+        assert_eq!(curves[0].points, [(0.9, 1.0), (0.3, 0.5)]);
+        assert_eq!(best_of_each_detector(&lines)[0].factor, 1.0);
+    }
+
+    #[test]
+    fn both_figures_are_svg_with_a_legend() {
+        let folder = std::env::temp_dir().join(format!("tagbus-bench-plots-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (name, draw) in [("7", figure_7 as fn(&[Line], &str, &Path) -> _), ("8", figure_8)] {
+            let path = folder.join(name);
+            draw(&lines(), "title", &path).unwrap();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(
+                text.starts_with("<svg") && text.contains("title") && text.contains("ours"),
+                "figure {name}"
+            );
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 }

@@ -92,9 +92,22 @@ fn sorted(values: impl Iterator<Item = u32>) -> Vec<u32> {
     values
 }
 
+/// What the columns of the main table mean.
+const COLUMNS: &str = "\
+* recall: share of the tags that were found with their id, the middle within half a side of the truth
+* wrong: hits with an id that is not there
+* corners: those of the tags that the detector itself found, in whichever order of going round fits best; outwards is the
+  mean error away from the tag's middle
+* CPU median: over frames, of the median over rounds; CPU mean of minima: over frames, of the quickest round
+* times ours: its CPU median against our first line of the same decimation, and against our quickest line that finds at
+  least as many tags
+* only it : only ours: frames that only the one of both solved, against the first line; p by McNemar's exact test
+
+";
+
 /// Tables for every family. The lines of a family start with ours at decimation 1, which others are compared with.
 pub(crate) fn page(lines: &[Line]) -> String {
-    let mut text = String::new();
+    let mut text = String::from(COLUMNS);
     for family in lines.chunk_by(|a, b| a.family == b.family) {
         if let [ours, ..] = family {
             main_table(ours, family, &mut text);
@@ -112,8 +125,8 @@ fn main_table(ours: &Line, lines: &[Line], text: &mut String) {
     let _ = writeln!(
         text,
         "| detector | decimation | settings | recall |{tilt_heads} wrong | corner RMS px | outwards px | CPU median ms | \
-         CPU mean of minima ms | times ours | only it : only ours | p |\n|{}",
-        "---|".repeat(12 + tilts.len())
+         CPU mean of minima ms | times ours | times ours at its recall | only it : only ours | p |\n|{}",
+        "---|".repeat(13 + tilts.len())
     );
     for line in lines {
         let sums = line.all();
@@ -122,13 +135,14 @@ fn main_table(ours: &Line, lines: &[Line], text: &mut String) {
         let Line { name, factor, variant, .. } = line;
         let _ = writeln!(
             text,
-            "| {name} | {factor} | {variant} | {:.3} |{of_tilts} {} | {} | {:.3} | {:.3} | {} | {} |",
+            "| {name} | {factor} | {variant} | {:.3} |{of_tilts} {} | {} | {:.3} | {:.3} | {} | {} | {} |",
             sums.recall(),
             sums.wrong,
             sums.corners(),
             sums.median_ms(),
             sums.mean_minimum_ms(),
             times_ours(line, &sums, lines),
+            times_ours_at_its_recall(line, &sums, lines),
             against(ours, line),
         );
     }
@@ -144,6 +158,21 @@ fn times_ours(line: &Line, sums: &Sums, lines: &[Line]) -> String {
     }
 }
 
+/// How many times the CPU median of the quickest of our lines that finds at least as much; empty for our own lines, and
+/// a dash where none of ours finds as much.
+fn times_ours_at_its_recall(line: &Line, sums: &Sums, lines: &[Line]) -> String {
+    let ours = lines.first().map_or("", |first| &first.name);
+    if line.name == ours {
+        return String::new();
+    }
+    let as_good = lines.iter().filter(|other| other.name == ours).map(Line::all);
+    let times = as_good.filter(|other| other.hits >= sums.hits).map(|other| other.median_ms());
+    match times.min_by(f64::total_cmp) {
+        Some(quickest) => format!("{:.1}", sums.median_ms() / quickest),
+        None => "-".to_owned(),
+    }
+}
+
 /// Frames that only the one of both solved, and McNemar's p.
 fn against(ours: &Line, line: &Line) -> String {
     let pairs = ours.frames.iter().zip(&line.frames);
@@ -154,7 +183,7 @@ fn against(ours: &Line, line: &Line) -> String {
     });
     match counts {
         [0, 0] => "0 : 0 |".to_owned(),
-        [it, us] => format!("{it} : {us} | {:.2}", mcnemar(it, us)),
+        [it, us] => format!("{it} : {us} | {:.3}", mcnemar(it, us)),
     }
 }
 
@@ -215,4 +244,55 @@ fn csv_row(line: &Line, bin: Bin) -> String {
         sums.median_ms() * 1e3,
         sums.mean_minimum_ms() * 1e3,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::Times;
+    use super::super::score::Score;
+    use super::*;
+
+    /// A line with one frame a number; tags are found where it is true.
+    fn line(name: &str, found: &[bool], median_us: f64) -> Line {
+        let measured = |(index, found): (usize, &bool)| Measured {
+            bin: Bin { tilt_deg: 45 * (index as u32 % 2), distance_cm: 20 },
+            score: Score { tags: 1, hits: u32::from(*found), ..Score::default() },
+            times: Times { min_us: median_us / 2.0, median_us },
+        };
+        let frames = found.iter().enumerate().map(measured).collect();
+        Line {
+            family: "tag36h11".to_owned(),
+            name: name.to_owned(),
+            factor: 1.0,
+            variant: String::new(),
+            frames,
+        }
+    }
+
+    #[test]
+    fn a_row_holds_recall_by_tilt_time_and_both_ratios() {
+        let ours = line("ours", &[true, true, true, false], 2000.0);
+        let slow = line("slow", &[true, false, true, false], 30_000.0);
+        let page = page(&[ours, slow]);
+        let row = page.lines().find(|row| row.starts_with("| slow")).unwrap();
+        assert!(
+            row.contains(
+                "| 0.500 | 1.000 | 0.000 | 0 | - | - | 30.000 | 15.000 | 15.0 | 15.0 | 0 : 1 | 1.000 |"
+            ),
+            "{row}"
+        );
+    }
+
+    #[test]
+    fn where_none_of_ours_finds_as_much_there_is_no_ratio() {
+        let lines = [line("ours", &[true, false], 1.0), line("other", &[true, true], 2.0)];
+        assert_eq!(times_ours_at_its_recall(&lines[1], &lines[1].all(), &lines), "-");
+    }
+
+    #[test]
+    fn csv_has_one_row_for_every_line_and_bin() {
+        let text = csv(&[line("ours", &[true, false, true], 1.0), line("other", &[true, true], 2.0)]);
+        assert_eq!(text.lines().count(), 1 + 2 + 2);
+        assert!(text.contains("tag36h11,ours,1,,20,0,2,2,2,0,"), "{text}");
+    }
 }
