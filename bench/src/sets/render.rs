@@ -193,8 +193,8 @@ mod tests {
             let renderer = renderer("textured", family);
             [0, 19].map(|index| renderer.frame(index).unwrap().hash())
         };
-        assert_eq!(of("tag36h11"), [0, 0]);
-        assert_eq!(of("tagStandard41h12"), [0, 0]);
+        assert_eq!(of("tag36h11"), [15_543_516_160_110_302_204, 4_549_326_420_423_532_525]);
+        assert_eq!(of("tagStandard41h12"), [8_242_942_013_723_214_157, 5_843_921_543_898_240_692]);
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub(crate) fn figure_7(lines: &[Line], title: &str, path: &Path) -> Result<(), F
     let area = SVGBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let axes = ["CPU time, ms a frame (median)", "recall"];
-    draw(&area, title, axes, (low..high).log_scale(), &series)?;
+    let words = Words { title, axes, legend: SeriesLabelPosition::LowerRight };
+    draw(&area, &words, (low..high).log_scale(), &series)?;
     Ok(area.present()?)
 }
 
@@ -65,7 +66,8 @@ pub(crate) fn figure_8(lines: &[Line], title: &str, path: &Path) -> Result<(), F
         let series: Vec<Series> = best.iter().map(|line| recall_against_distance(line, *tilt_deg)).collect();
         let title = format!("{title}, {tilt_deg}\u{b0}");
         let span = f64::from(*near) - 1.0..f64::from(*far) + 1.0;
-        draw(panel, &title, ["distance, cm", "recall"], span, &series)?;
+        let axes = ["distance, cm", "recall"];
+        draw(panel, &Words { title: &title, axes, legend: SeriesLabelPosition::LowerLeft }, span, &series)?;
     }
     Ok(area.present()?)
 }
@@ -92,24 +94,30 @@ fn recall_against_distance(line: &Line, tilt_deg: u32) -> Series {
     }
 }
 
-fn draw<'a, X>(
-    area: &Area<'a>,
-    title: &str,
-    axes: [&str; 2],
-    span: X,
-    series: &[Series],
-) -> Result<(), Failure>
+/// What is written around the curves, and where the kind of figure leaves room for the legend.
+struct Words<'a> {
+    title: &'a str,
+    axes: [&'a str; 2],
+    legend: SeriesLabelPosition,
+}
+
+fn draw<'a, X>(area: &Area<'a>, words: &Words, span: X, series: &[Series]) -> Result<(), Failure>
 where
     X: AsRangedCoord<Value = f64> + 'a,
     X::CoordDescType: ValueFormatter<f64>,
 {
     let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 22))
+        .caption(words.title, ("sans-serif", 22))
         .margin(12)
         .x_label_area_size(42)
         .y_label_area_size(52)
         .build_cartesian_2d(span, 0.0..1.05)?;
-    chart.configure_mesh().x_desc(axes[0]).y_desc(axes[1]).light_line_style(WHITE.mix(0.0)).draw()?;
+    chart
+        .configure_mesh()
+        .x_desc(words.axes[0])
+        .y_desc(words.axes[1])
+        .light_line_style(WHITE.mix(0.0))
+        .draw()?;
     for (index, series) in series.iter().enumerate() {
         let colour = Palette99::pick(index).to_rgba();
         chart
@@ -121,7 +129,7 @@ where
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
+        .position(words.legend.clone())
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
         .draw()?;
