@@ -21,12 +21,28 @@ pub(crate) fn facts() -> Vec<String> {
     let file = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let processor = file("/proc/cpuinfo");
     let processor = processor.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
-    let compiler = Command::new("rustc").arg("--version").output();
-    let compiler = compiler.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
     vec![
         format!("processor: {}", processor.trim_start_matches([' ', '\t', ':'])),
         format!("kernel: Linux {}", file("/proc/sys/kernel/osrelease").trim()),
-        format!("compiler: {}", compiler.unwrap_or_else(|_| "unknown".to_owned())),
+        format!("compiler: {}", version_of("rustc")),
+        format!("C: {}", c_library()),
         format!("load before: {}", file("/proc/loadavg").trim()),
     ]
+}
+
+/// The first line of what a program says about its version.
+fn version_of(program: &str) -> String {
+    let output = Command::new(program).arg("--version").output();
+    let text = output.map(|output| String::from_utf8_lossy(&output.stdout).into_owned());
+    text.ok().and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or_else(|| "unknown".to_owned())
+}
+
+/// How the C library in this build was made.
+fn c_library() -> String {
+    match cfg!(feature = "peers") {
+        true => {
+            format!("AprilTag 3.4.5 of the crate apriltag-sys 0.4, -O3, one thread, by {}", version_of("cc"))
+        }
+        false => "no AprilTag library in this build".to_owned(),
+    }
 }
