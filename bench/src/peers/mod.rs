@@ -53,6 +53,9 @@ pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Failu
     Ok(peers)
 }
 
+/// Decimation factors, up to those at which next to nothing is found any more.
+const FACTORS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
+
 /// Which detectors a sweep compares.
 pub(crate) struct Choice {
     /// Those whose name, decimation and variant, with blanks between them, hold this text.
@@ -61,10 +64,10 @@ pub(crate) struct Choice {
     pub(crate) python: Option<PathBuf>,
 }
 
-/// Every configuration that a sweep compares, ours first. Decimation goes on until next to nothing is found any more.
+/// Every configuration that a sweep compares, ours first.
 pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>, Failure> {
     let mut peers: Vec<Box<dyn Peer>> = Vec::new();
-    for factor in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0] {
+    for factor in FACTORS {
         for refinement in [Refinement::Edges, Refinement::Tag] {
             peers.push(Box::new(ours::Ours::new(family, factor, refinement)?));
         }
@@ -86,14 +89,14 @@ pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>,
 /// Peers that do not know the family are left out.
 #[cfg(feature = "peers")]
 fn add_others(family: &str, peers: &mut Vec<Box<dyn Peer>>) -> Result<(), Failure> {
-    for factor in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0] {
+    for factor in FACTORS {
         // A tuned contrast limit is the cheapest way to make the C library fast on quiet pictures.
         let tuned: &[i32] = if factor == 1.0 || factor == 2.0 { &[10, 20, 40] } else { &[] };
         for contrast in std::iter::once(&apriltag_c::DEFAULT_CONTRAST).chain(tuned) {
             peers.push(Box::new(apriltag_c::AprilTagC::new(family, factor, *contrast)?));
         }
     }
-    for factor in [1, 2, 3, 4, 6, 8] {
+    for factor in [1, 2, 3, 4, 6, 8, 12] {
         peers.extend(kornia::Kornia::new(family, factor).map(|peer| Box::new(peer) as Box<dyn Peer>));
     }
     for profile in locus::PROFILES {
