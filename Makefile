@@ -26,12 +26,13 @@ help: ## say what there is to make
 	@echo '  make run ARGS="--decimate 1"     further flags of tagbus run'
 	@echo '  TAGBUS_LIBCLANG=none make ...    without video devices, when libclang cannot be had (tools/libclang)'
 
-# cargo and the shell are replaced by tagbus (exec), so Ctrl-C and kill reach it; should make itself be killed with
-# -9, the kernel tells tagbus (setpriv is in every Debian, and left out elsewhere).
+# The shell is replaced by tagbus (exec), so Ctrl-C and kill reach it; should make itself be killed with -9, the kernel
+# tells tagbus (setpriv is in every Debian, and left out elsewhere). Built with the features of the whole workspace, so that
+# `make run` and `make test` share what they build.
 WITH_MAKE = $(shell setpriv --pdeathsig TERM echo setpriv --pdeathsig TERM 2>/dev/null)
 
 run: ## set up what is missing and run camera, detector and watch on SOURCE (scene)
-	@$(SET_UP) && exec $(WITH_MAKE) cargo run --release $$features -p tagbus-cli --bin tagbus -- run --source '$(SOURCE)' $(ARGS)
+	@$(SET_UP) && cargo build $(ALL) --bin tagbus && exec $(WITH_MAKE) '$(TARGET)/release/tagbus' run --source '$(SOURCE)' $(ARGS)
 
 test: ## set up what is missing and run every test (real pictures: TAGBUS_TEST_DATA=FOLDER)
 	@$(SET_UP) && exec cargo test $(ALL)
