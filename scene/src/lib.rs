@@ -71,6 +71,7 @@ mod tag;
 pub use tag::{Tag, TagError, TrueTag};
 mod canvas;
 mod coverage;
+mod ink;
 mod placement;
 pub use placement::{Paper, Placement};
 mod texture;

@@ -3,6 +3,7 @@
 use crate::canvas::{Canvas, Window};
 use crate::coverage::{Coverage, Layers, sense_of};
 use crate::homography::{Homography, Point, project};
+use crate::ink::Lattice;
 use crate::tag::{Tag, TrueTag};
 use tagbus_family::Paint;
 
@@ -57,12 +58,15 @@ pub struct Placement {
     pub black: f32,
     /// Grey level of white cells and of the sheet, 0..=255.
     pub white: f32,
+    /// How far the ink of black cells has spread into white and clear ones, in cells of their tag: 0 for a sharp print,
+    /// at most 0.45. Truth stays where the print was meant to be.
+    pub ink_spread_cells: f64,
 }
 
 impl Placement {
     /// A cut-out tag with the contrast of ordinary paper: black 35, white 215.
     pub fn new(tag: Tag, homography: Homography) -> Placement {
-        Placement { tag, homography, paper: Paper::CutOut, black: 35.0, white: 215.0 }
+        Placement { tag, homography, paper: Paper::CutOut, black: 35.0, white: 215.0, ink_spread_cells: 0.0 }
     }
 
     /// What is to be found in a picture of that size: this tag, then the tags nested in it.
@@ -71,8 +75,15 @@ impl Placement {
     }
 
     pub(crate) fn print(&self) -> Print<'_> {
-        let Placement { tag, homography, paper, black, white } = self;
-        Print { tag, homography: *homography, paper: *paper, black: *black, white: *white }
+        let Placement { tag, homography, paper, black, white, ink_spread_cells } = self;
+        Print {
+            tag,
+            homography: *homography,
+            paper: *paper,
+            black: *black,
+            white: *white,
+            ink_spread_cells: *ink_spread_cells,
+        }
     }
 }
 
@@ -83,6 +94,7 @@ pub(crate) struct Print<'a> {
     pub paper: Paper,
     pub black: f32,
     pub white: f32,
+    pub ink_spread_cells: f64,
 }
 
 impl Print<'_> {
@@ -92,7 +104,7 @@ impl Print<'_> {
         if !self.tag.in_front_of_camera(&self.homography) {
             return Window { width: 0, ..*limit };
         }
-        limit.around(&self.outline())
+        limit.around(&self.outline(self.ink_spread_cells.max(0.0)))
     }
 
     /// Paints the tag over what is on the canvas.
@@ -114,23 +126,24 @@ impl Print<'_> {
     /// Adds the edges of everything that is printed. A nest of tags is one print: where an inner tag meets its hole
     /// the shares of a pixel add up, and nothing shines through between them.
     fn cover(&self, coverage: &mut Coverage) {
-        let outline = self.outline();
+        let outline = self.outline(0.0);
         let sense = sense_of(&outline);
         let bare = self.paper.bare();
         coverage.add_polygon(&outline, bare);
         let (mut tag, mut homography) = (self.tag, self.homography);
+        let ink_spread_cells = self.ink_spread_cells;
         let cut_cells = (-self.paper.overhang_cells()).max(0.0);
-        cover_cells(tag, &homography, &Edges { cut_cells, bare, sense }, coverage);
+        cover_cells(tag, &homography, &Edges { ink_spread_cells, cut_cells, bare, sense }, coverage);
         while let Some(inner) = tag.inner() {
             homography = tag.homography_in_hole(inner, &homography);
             tag = inner;
-            cover_cells(tag, &homography, &Edges { cut_cells: 0.0, bare, sense }, coverage);
+            cover_cells(tag, &homography, &Edges { ink_spread_cells, cut_cells: 0.0, bare, sense }, coverage);
         }
     }
 
-    /// The corners of the sheet, or of the print where there is no sheet, in the picture.
-    fn outline(&self) -> [Point; 4] {
-        let overhang = 2.0 * self.paper.overhang_cells() / self.tag.grid().width() as f64;
+    /// The corners of the sheet, or of the print where there is no sheet, in the picture, moved outwards by some cells.
+    fn outline(&self, beyond_cells: f64) -> [Point; 4] {
+        let overhang = 2.0 * (self.paper.overhang_cells() + beyond_cells) / self.tag.grid().width() as f64;
         let radius = self.tag.print_radius() * (1.0 + overhang);
         let corners = [[-radius, -radius], [-radius, radius], [radius, radius], [radius, -radius]];
         corners.map(|corner| project(&self.homography, corner))
@@ -139,6 +152,8 @@ impl Print<'_> {
 
 /// How the edges of a print lie.
 struct Edges {
+    /// How far ink has spread, in cells.
+    ink_spread_cells: f64,
     /// How much of the outermost ring is cut off, in cells.
     cut_cells: f64,
     /// What already lies where nothing is printed.
@@ -149,19 +164,22 @@ struct Edges {
 
 /// Adds the edges between cells of different paint.
 fn cover_cells(tag: &Tag, homography: &Homography, edges: &Edges, coverage: &mut Coverage) {
-    let Edges { cut_cells, bare, sense } = *edges;
+    let Edges { ink_spread_cells, cut_cells, bare, sense } = *edges;
     let to_pixels = tag.cells_to_pixels(homography);
-    let span = (cut_cells, tag.grid().width() as f64 - cut_cells);
-    let line_at = |line: i64| (line as f64).clamp(span.0, span.1);
+    let lattice = Lattice::new(tag, ink_spread_cells);
+    let (first, last) = (cut_cells, tag.grid().width() as f64 - cut_cells);
+    let line_at = |line: i64| match cut_cells > 0.0 {
+        true => lattice.line_at(line).clamp(first, last),
+        false => lattice.line_at(line),
+    };
     let corner_at = |x: i64, y: i64| project(&to_pixels, [line_at(x), line_at(y)]);
-    let share_at = |x: i64, y: i64| match tag.paint_at(x, y) {
+    let share_at = |x: i64, y: i64| match lattice.paint_at(x, y) {
         Paint::White => [1.0, 0.0],
         Paint::Black => [1.0, 1.0],
         Paint::Clear => bare,
     };
-    let width = tag.grid().width() as i64;
-    for y in 0..=width {
-        for x in 0..=width {
+    for y in lattice.lines() {
+        for x in lattice.lines() {
             let (here, left, above) = (share_at(x, y), share_at(x - 1, y), share_at(x, y - 1));
             let corner = corner_at(x, y);
             if here != left {
@@ -270,6 +288,24 @@ mod tests {
                 assert!((pixel(&trimmed, 0, y) - expected).abs() < 1e-3, "cut {cut_cells}, row {y}");
             }
         }
+    }
+
+    #[test]
+    fn spread_ink_makes_black_wider_and_leaves_the_middle_of_cells_alone() {
+        let tag = tag("tagStandard41h12", 3);
+        let mut homography = pixel_a_cell(&tag, 5.0);
+        (homography[2], homography[5]) = (homography[2] + 1.0, homography[5] + 1.0);
+        let sharp = Placement::new(tag.clone(), homography);
+        let spread = Placement { ink_spread_cells: 0.25, ..sharp.clone() };
+        let [sharp, spread] = [sharp, spread].map(|placement| painted(&placement, 11, 11));
+        let darker =
+            sharp.pixels.iter().zip(&spread.pixels).filter(|(before, after)| *after < before).count();
+        assert!(darker > 20, "{darker} pixels are darker");
+        assert!(sharp.pixels.iter().zip(&spread.pixels).all(|(before, after)| *after < before + 1e-3));
+        // A cell above a black one of the outermost row is covered by a quarter.
+        let x = (0..9).find(|&x| tag.paint_at(x, 0) == Paint::Black).unwrap() as usize + 1;
+        let expected = GROUND + 0.25 * (35.0 - GROUND);
+        assert!((pixel(&spread, x, 0) - expected).abs() < 1e-3, "{}", pixel(&spread, x, 0));
     }
 
     #[test]

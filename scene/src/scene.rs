@@ -139,6 +139,7 @@ impl Scene {
             paper: Paper::CutOut,
             black: actor.black,
             white: actor.white,
+            ink_spread_cells: 0.0,
         }
     }
 

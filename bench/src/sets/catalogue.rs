@@ -5,10 +5,10 @@ use tagbus_scene::{Background, Tone};
 use super::recipe::{Card, Gloss, Ids, Recipe, Span};
 
 /// The names that [`named`] knows.
-pub(crate) const NAMES: [&str; 23] = [
+pub(crate) const NAMES: [&str; 24] = [
     "paper", "wall", "textured", "empty", "base", "low1", "low2", "dark", "motion2", "motion4", "motion6",
     "noise5", "noise8", "tilt", "margin05", "margin0", "defocus", "jpeg50", "jpeg25", "specular", "gamma",
-    "clip", "near",
+    "clip", "ink", "near",
 ];
 
 /// Camera and tags of all sets: a lens of 2.9 mm on pixels of 3.75 micrometres, 1296x964 of them. Focal length, blur and
@@ -26,6 +26,7 @@ const TEXTURED: Recipe = Recipe {
     ids: Ids::Any,
     card: Card::Margin { width_cm: 1.0 },
     ink: [35.0, 215.0],
+    ink_spread_cells: 0.0,
     background: Background::FullRoom,
     blur_sigma: 0.6,
     noise_sigma: 2.5,
@@ -95,6 +96,7 @@ pub(crate) fn named(name: &str) -> Result<Recipe, String> {
         "specular" => Recipe { gloss: Gloss::Glossy, about: "a lamp mirrored in the tag", ..BASE },
         "gamma" => Recipe { tone: Tone { exposure: 1.0, gamma: 2.2 }, about: "gamma 2.2", ..BASE },
         "clip" => Recipe { tone: Tone { exposure: 1.5, gamma: 1.0 }, about: "white is clipped", ..BASE },
+        "ink" => Recipe { ink_spread_cells: 0.1, about: "ink has spread by a tenth of a cell", ..BASE },
         "near" => Recipe {
             distances_cm: Span { first: 10, last: 60, step: 10 },
             about: "small frames, 10 to 60 cm",

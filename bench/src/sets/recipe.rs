@@ -20,6 +20,8 @@ pub(crate) struct Recipe {
     pub(crate) card: Card,
     /// Grey levels of black and white.
     pub(crate) ink: [f32; 2],
+    /// How far black has spread into white, in cells.
+    pub(crate) ink_spread_cells: f64,
     pub(crate) background: Background,
     pub(crate) blur_sigma: f32,
     pub(crate) noise_sigma: f32,

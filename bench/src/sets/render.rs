@@ -119,7 +119,9 @@ impl Renderer {
         let [black, white] = self.recipe.ink;
         let tag = Tag::new(&self.family, chances.id)?;
         let paper = paper(self.recipe.card, layout, cell_cm);
-        Ok(Placement { paper, black, white, ..Placement::new(tag, homography_of(layout, &view)) })
+        let ink_spread_cells = self.recipe.ink_spread_cells;
+        let placement = Placement::new(tag, homography_of(layout, &view));
+        Ok(Placement { paper, black, white, ink_spread_cells, ..placement })
     }
 
     /// Half the diagonal of a card and a little more.
