@@ -47,7 +47,7 @@ impl Border {
 
 /// Share of the border's samples that must lie inside the frame.
 const LEAST_INSIDE: f32 = 0.75;
-/// More cells than this along a border are not sampled one by one.
+/// Where a border has more cells than this, every second or third is sampled.
 const MOST_SAMPLES: usize = 128;
 
 /// Samples both rings. `None` when the corners are no quad or the colours are the wrong way round.
@@ -55,15 +55,17 @@ const MOST_SAMPLES: usize = 128;
 pub(crate) fn measure(frame: &Frame, reader: &Reader, corners: &[[f64; 2]; 4]) -> Option<Border> {
     let homography = Homography::from_square(corners, reader.width)?;
     let (mut white, mut black) = (Ring::new(reader.width), Ring::new(reader.width));
-    for (i, cell) in reader.rings.iter().take(MOST_SAMPLES).enumerate() {
+    let step = reader.rings.len().div_ceil(MOST_SAMPLES);
+    let samples = reader.rings.len().div_ceil(step);
+    for (i, cell) in reader.rings.iter().step_by(step).enumerate() {
         white.add(cell.white, frame.at(homography.project(cell.white)));
         black.add(cell.black, frame.at(homography.project(cell.black)));
         // After half the way a quad without contrast is given up.
-        if i + 1 == reader.rings.len() / 2 && white.sum * black.count <= black.sum * white.count {
+        if i + 1 == samples / 2 && white.sum * black.count <= black.sum * white.count {
             return None;
         }
     }
-    let wanted = LEAST_INSIDE * reader.rings.len().min(MOST_SAMPLES) as f32;
+    let wanted = LEAST_INSIDE * samples as f32;
     if white.count < wanted || black.count < wanted {
         return None;
     }

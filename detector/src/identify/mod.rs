@@ -24,7 +24,7 @@ use crate::simd::{Kernel, Level};
 use crate::view::LumaView;
 use align::Align;
 use homography::Homography;
-use read::{Attempt, Reading};
+use read::{Attempt, Reading, Tag};
 use sample::Frame;
 
 /// What a quad's identification needs besides the quad.
@@ -72,7 +72,7 @@ impl Kernel for IdentifyAll<'_, '_> {
         let frame = Frame::new(scene.view);
         let mut attempt = Attempt { frame: &frame, settings: scene.settings, scratch };
         for quad in quads {
-            if let Some((reader, reading)) = attempt.read_quad(scene.readers, quad) {
+            if let Some(Tag { reader, reading }) = attempt.read_quad(scene.readers, quad) {
                 detections.push(detection(scene, reader, &reading));
             }
         }

@@ -28,6 +28,30 @@ pub(super) struct Reading {
     pub(super) border: Border,
 }
 
+/// A reading and the family that it belongs to.
+pub(super) struct Tag<'r> {
+    pub(super) reader: &'r Reader,
+    pub(super) reading: Reading,
+}
+
+impl Tag<'_> {
+    /// Logarithm of the number of such readings that random bits would give.
+    fn chance(&self) -> f64 {
+        self.reader.chance(self.reading.found.hamming)
+    }
+}
+
+fn surer<'r>(a: Option<Tag<'r>>, b: Option<Tag<'r>>) -> Option<Tag<'r>> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.chance() < a.chance() { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// A reading that random bits give more rarely than this needs no second opinion: all of 36h11, 41h12 and larger
+/// families; of smaller ones only those without corrected bits, and none of 16h5.
+const SURE_CHANCE: f64 = 1e-4;
+
 /// What a quad's corners gave.
 enum First {
     /// No tag, whatever is done to its corners.
@@ -47,39 +71,41 @@ pub(super) struct Attempt<'a> {
 impl Attempt<'_> {
     /// Reads a quad as a tag of one of the families that have its border. `None` when it is none.
     ///
-    /// First with its corners as they are, for every family: where that gives a tag, only that family is followed up.
+    /// First with its corners as they are, for every family: where that gives a sure tag, only that family is followed up.
     #[inline(always)]
-    pub(super) fn read_quad<'r>(
-        &mut self,
-        readers: &'r [Reader],
-        quad: &Quad,
-    ) -> Option<(&'r Reader, Reading)> {
-        let of_border = || readers.iter().filter(|reader| reader.border == quad.border);
-        let mut best: Option<(&Reader, Reading)> = None;
+    pub(super) fn read_quad<'r>(&mut self, readers: &'r [Reader], quad: &Quad) -> Option<Tag<'r>> {
+        let mut best: Option<Tag> = None;
         self.scratch.unread.clear();
-        for (place, reader) in of_border().enumerate() {
+        for (place, reader) in readers.iter().enumerate().filter(|(_, reader)| reader.border == quad.border) {
             match self.first_look(reader, quad) {
                 First::Hopeless => {}
                 First::Unread => self.scratch.unread.push(place),
-                First::Tag(reading) => {
-                    let sureness =
-                        |(reader, reading): &(&Reader, Reading)| reader.chance(reading.found.hamming);
-                    let candidate = (reader, reading);
-                    if best.as_ref().is_none_or(|best| sureness(&candidate) < sureness(best)) {
-                        best = Some(candidate);
-                    }
-                }
+                First::Tag(reading) => best = surer(best, Some(Tag { reader, reading })),
             }
         }
-        if let Some((reader, reading)) = best {
-            return Some((reader, self.finish(reader, quad, Some(reading))?));
+        let best = best.and_then(|Tag { reader, reading }| {
+            let reading = self.finish(reader, quad, Some(reading))?;
+            Some(Tag { reader, reading })
+        });
+        if best.as_ref().is_some_and(|best| best.chance() < SURE_CHANCE.ln()) {
+            return best;
         }
+        self.read_unread(readers, quad, best)
+    }
+
+    /// The surest of `best` and what refined corners give in the families that could not be read at once.
+    #[inline(always)]
+    fn read_unread<'r>(
+        &mut self,
+        readers: &'r [Reader],
+        quad: &Quad,
+        best: Option<Tag<'r>>,
+    ) -> Option<Tag<'r>> {
         let unread = std::mem::take(&mut self.scratch.unread);
-        let read = of_border().enumerate().filter(|(place, _)| unread.contains(place));
-        let read = read.map(|(_, reader)| (reader, self.finish(reader, quad, None)));
-        let found = read.filter_map(|(reader, reading)| Some((reader, reading?)));
-        let surest =
-            found.min_by(|(a, x), (b, y)| a.chance(x.found.hamming).total_cmp(&b.chance(y.found.hamming)));
+        let surest = unread.iter().fold(best, |best, place| {
+            let reader = &readers[*place];
+            surer(best, self.finish(reader, quad, None).map(|reading| Tag { reader, reading }))
+        });
         self.scratch.unread = unread;
         surest
     }

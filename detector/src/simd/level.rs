@@ -13,6 +13,8 @@ pub(super) enum Kind {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 /// Work that is compiled once for each level. `run` must be `#[inline(always)]`, so that it is compiled with the
@@ -45,6 +47,9 @@ impl Level {
                 levels.push(Level(Kind::Avx512));
             }
         }
+        // Every processor of this architecture has it, and the target's baseline says so.
+        #[cfg(target_arch = "aarch64")]
+        levels.push(Level(Kind::Neon));
         levels
     }
 
@@ -62,7 +67,7 @@ impl Level {
             .ok_or_else(|| UnknownLevel(name.to_owned()))
     }
 
-    /// `scalar`, `avx2` or `avx512`.
+    /// `scalar`, `avx2`, `avx512` or `neon`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -71,6 +76,8 @@ impl Level {
             Kind::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Kind::Neon => "neon",
         }
     }
 
@@ -86,6 +93,9 @@ impl Level {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: levels of these kinds are only made where the processor has these features (Level::available).
             Kind::Avx2 | Kind::Avx512 => unsafe { super::x86::run_avx2(kernel) },
+            // Needs no wrapper: everything is compiled with NEON there.
+            #[cfg(target_arch = "aarch64")]
+            Kind::Neon => kernel.run(),
         }
     }
 }

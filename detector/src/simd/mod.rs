@@ -3,6 +3,8 @@
 #![allow(unsafe_code, reason = "this folder is the place that the conventions name for intrinsics")]
 
 mod level;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -22,6 +24,9 @@ pub(crate) fn tile_extrema(level: Level, rows: [&[u8]; 4], minima: &mut [u8], ma
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
         Kind::Avx512 => unsafe { x86::tile_extrema_avx512(rows, minima, maxima) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::tile_extrema(rows, minima, maxima) },
         _ => 0,
     };
     let pixels = done * 4;
@@ -39,6 +44,9 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
         Kind::Avx512 => unsafe { x86::threshold_row_avx512(row, cuts, dark, bright) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::threshold_row(row, cuts, dark, bright) },
         _ => 0,
     };
     let rest = &row[done * 64..];
