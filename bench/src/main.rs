@@ -123,7 +123,8 @@ fn record_sweep(
     std::fs::create_dir_all(folder)?;
     let name = recipe.name;
     let mut links = String::new();
-    for family in lines.chunk_by(|a, b| a.family == b.family) {
+    let plotted: &[sweep::Line] = if recipe.ids == sets::Ids::None { &[] } else { lines };
+    for family in plotted.chunk_by(|a, b| a.family == b.family) {
         let title = &family[0].family;
         let file = |figure: u32| format!("{name}-{title}-figure{figure}.svg");
         let (speed, range) = (file(7), file(8));

@@ -6,6 +6,6 @@ mod render;
 mod store;
 
 pub(crate) use catalogue::{NAMES, named};
-pub(crate) use recipe::{Bin, Recipe};
+pub(crate) use recipe::{Bin, Ids, Recipe};
 pub(crate) use render::Renderer;
 pub(crate) use store::{list, write};
