@@ -35,6 +35,7 @@ run: ## set up what is missing and run camera, detector and watch on SOURCE (sce
 	@$(SET_UP) && cargo build $(ALL) --bin tagbus && exec $(WITH_MAKE) '$(TARGET)/release/tagbus' run --source '$(SOURCE)' $(ARGS)
 
 test: ## set up what is missing and run every test (real pictures: TAGBUS_TEST_DATA=FOLDER)
+	@[ -n "$$TAGBUS_TEST_DATA" ] || echo 'make test: TAGBUS_TEST_DATA is not set, tests on real pictures are SKIPPED' >&2
 	@$(SET_UP) && exec cargo test $(ALL)
 
 build: ## build everything; the program is then target/release/tagbus
