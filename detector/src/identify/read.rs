@@ -28,6 +28,12 @@ pub(super) struct Reading {
     pub(super) border: Border,
 }
 
+impl Reading {
+    fn is_surer_than(&self, other: &Reading) -> bool {
+        self.found.hamming < other.found.hamming
+    }
+}
+
 /// A reading and the family that it belongs to.
 pub(super) struct Tag<'r> {
     pub(super) reader: &'r Reader,
@@ -155,13 +161,17 @@ impl Attempt<'_> {
             return raw;
         };
         let mut best = match (raw, self.read_at(reader, corners)) {
-            // Unrefined corners may give the better code, never the better corners.
-            (Some(raw), Some(refined)) if raw.found.hamming < refined.found.hamming => {
-                Some(Reading { corners, ..raw })
+            // Refinement that loses the tag, or turns it into a less sure one, went astray.
+            (Some(raw), None) => return Some(raw),
+            (Some(raw), Some(refined)) if raw.is_surer_than(&refined) => {
+                if raw.found.id != refined.found.id {
+                    return Some(raw);
+                }
+                // Unrefined corners may give the better code, never the better corners.
+                Reading { corners, ..raw }
             }
-            (Some(raw), None) => Some(Reading { corners, ..raw }),
-            (_, refined) => refined,
-        }?;
+            (_, refined) => refined?,
+        };
         if Effort::is_worth_it(&corners) {
             let effort = Effort::to_report();
             best.corners = refine::refine(self.frame, reader, &corners, &effort).unwrap_or(corners);
