@@ -52,7 +52,8 @@ pub(crate) fn sample(
         code = code << 1 | u64::from(is_white);
         if is_white { white.add(value) } else { black.add(-value) }
     }
-    let margin = white.mean().min(black.mean());
+    // On the smallest tags sharpening decides against the bare values; their margin is none, not less than none.
+    let margin = white.mean().min(black.mean()).max(0.0);
     Bits { code, margin, relative_margin: margin / (0.5 * border.contrast).max(1.0) }
 }
 
