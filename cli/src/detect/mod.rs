@@ -54,7 +54,7 @@ struct DetectFlags {
     /// Search each picture so many times, after one time that is not counted, and give all times
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
-    /// Instructions to use: scalar, avx2, avx512; by default the best that the processor has
+    /// Instructions to use: scalar, avx2, avx512, neon; by default the best that the processor has
     #[arg(long, value_name = "LEVEL")]
     #[serde(default, with = "text::optional")]
     level: Option<LevelName>,
