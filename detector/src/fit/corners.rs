@@ -28,13 +28,28 @@ pub(super) fn extreme_points(outline: &Outline) -> Option<[usize; 4]> {
     };
     let before = outside(first, apex.index);
     let after = outside(apex.index, second);
+    if before.distance.max(after.distance) == 0 {
+        return None;
+    }
+    // Where a side is parallel to the line of the first two, the apex may be any point of that side: it is looked for again
+    // now that its other neighbour is known.
     let four = if before.distance > after.distance {
-        [first, before.index, apex.index, second]
+        [first, before.index, outside(before.index, second).index, second]
     } else {
-        [first, apex.index, after.index, second]
+        [first, outside(first, after.index).index, after.index, second]
     };
-    let gain = before.distance.max(after.distance).max(opposite.distance);
-    holds_area(outline, apex.distance + gain).then_some(four)
+    holds_area(outline, eightfold_area(outline, four)).then_some(four)
+}
+
+/// Eight times the area of the quad of four points: twice by the formula, four times by doubled coordinates.
+#[inline(always)]
+fn eightfold_area(outline: &Outline, four: [usize; 4]) -> i64 {
+    let mut sum = 0;
+    for k in 0..4 {
+        let ([ax, ay], [bx, by]) = (outline.point(four[k]), outline.point(four[(k + 1) % 4]));
+        sum += i64::from(ax) * i64::from(by) - i64::from(bx) * i64::from(ay);
+    }
+    sum.abs()
 }
 
 /// A point beside a line: twice the area of the triangle that it spans with it, in quarter pixels, and which point.
@@ -80,4 +95,68 @@ fn extremes_beside(outline: &Outline, from: usize, to: usize) -> (Beside, Beside
     }
     let unpack = |packed: i64| Beside { distance: packed >> 16, index: (packed & 0xffff) as usize };
     (unpack(left), unpack(right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The outline of a convex quad, row by row, as a component would give it.
+    fn outline_of(corners: [[f64; 2]; 4]) -> Outline {
+        let mut outline = Outline::default();
+        let (top, bottom) =
+            corners.iter().fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c[1]), high.max(c[1])));
+        let (mut right_xs, mut right_ys) = (Vec::new(), Vec::new());
+        for y in top as i32..bottom as i32 {
+            let middle = f64::from(y) + 0.5;
+            let crossings = (0..4).filter_map(|k| {
+                let ([ax, ay], [bx, by]) = (corners[k], corners[(k + 1) % 4]);
+                ((ay <= middle) != (by <= middle)).then(|| ax + (middle - ay) / (by - ay) * (bx - ax))
+            });
+            let (left, right) =
+                crossings.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+            if left > right {
+                continue;
+            }
+            outline.xs.push(2 * left.round() as i32);
+            outline.ys.push(2 * y + 1);
+            right_xs.push(2 * right.round() as i32);
+            right_ys.push(2 * y + 1);
+            outline.area += (right.round() - left.round()) as f32;
+        }
+        outline.xs.extend(right_xs);
+        outline.ys.extend(right_ys);
+        let xs = || outline.xs.iter().copied();
+        let (left, right) = (xs().min().unwrap(), xs().max().unwrap());
+        outline.middle = [(left + right) / 2, (top + bottom) as i32];
+        outline.size = [(right - left) as usize / 2, (bottom - top) as usize];
+        outline
+    }
+
+    #[test]
+    fn the_corners_of_wide_quads_with_parallel_sides_are_found() {
+        // As in a hand-held video where a point in the middle of the far side was taken for its corner: all points of a side
+        // that is parallel to the line of the two farthest ones are equally far from it, but for rounding.
+        for step in 0..400 {
+            let (slope, shift) = (0.06 + 0.0001 * f64::from(step), f64::from(step % 7) / 7.0);
+            let on_line = |x: f64, y: f64| [x, y + shift + slope * (x - 172.0)];
+            let corners =
+                [on_line(216.0, 245.0), on_line(422.0, 245.0), on_line(442.0, 350.5), on_line(172.0, 350.5)];
+            let outline = outline_of(corners);
+            let four = extreme_points(&outline).unwrap();
+            for [x, y] in corners {
+                let distance = |index: &usize| {
+                    let [px, py] = outline.point(*index).map(|v| f64::from(v) * 0.5);
+                    (px - x).hypot(py - y)
+                };
+                let nearest = four.iter().map(distance).fold(f64::MAX, f64::min);
+                // The end of a flat side lies within one row's run of it.
+                assert!(
+                    nearest < 1.0 / slope,
+                    "step {step}: no point near {x}, {y} in {:?}",
+                    four.map(|i| outline.point(i))
+                );
+            }
+        }
+    }
 }
