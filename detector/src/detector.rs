@@ -3,7 +3,7 @@
 use tagbus_family::{Border, Family};
 
 use crate::binarize::raster::{OnRaster, Raster, with_raster};
-use crate::binarize::{Planes, binarize};
+use crate::binarize::{Colours, Planes, binarize};
 use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
@@ -115,7 +115,9 @@ impl<F: FnMut(Phase)> OnRaster for Search<'_, F> {
         let Self { readers, level, factor, buffers, done } = self;
         let Buffers { planes, clusters, fit, quads, .. } = buffers;
         quads.clear();
-        binarize(level, raster, planes);
+        let has = |border| readers.iter().any(|reader| reader.border == border);
+        let colours = Colours { dark: has(Border::Normal), bright: has(Border::Reversed) };
+        binarize(level, raster, colours, planes);
         done(Phase::Binarize);
         for border in [Border::Normal, Border::Reversed] {
             let widths = readers.iter().filter(|reader| reader.border == border).map(|reader| reader.width);

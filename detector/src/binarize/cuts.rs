@@ -21,24 +21,32 @@ impl Cuts {
         &self.values[tile_row * self.tiles..][..self.tiles]
     }
 
-    /// Cuts at the middle between the extremes of the 3x3 tiles around each tile, where these differ by `limit` or more.
-    pub(super) fn fill(&mut self, tiles: usize, minima: &[u8], maxima: &[u8], limit: u8) {
-        let rows = minima.len() / tiles;
+    /// Makes room for so many tiles.
+    pub(super) fn resize(&mut self, tiles: usize, rows: usize) {
         self.tiles = tiles;
-        self.values.resize(minima.len(), 0);
+        self.values.resize(tiles * rows, 0);
         for buffer in &mut self.columns {
             buffer.resize(tiles + 2, 0);
         }
-        for row in 0..rows {
-            let around = [row.saturating_sub(1), row, (row + 1).min(rows - 1)];
-            let lows = around.map(|r| &minima[r * tiles..][..tiles]);
-            let highs = around.map(|r| &maxima[r * tiles..][..tiles]);
-            let [low, high] = &mut self.columns;
-            fold_column(lows, low, u8::min);
-            fold_column(highs, high, u8::max);
-            cut_row(low, high, limit, &mut self.values[row * tiles..][..tiles]);
-        }
     }
+
+    /// Cuts of a row of tiles, at the middle between the extremes of the 3x3 tiles around each, where these differ by `limit`
+    /// or more.
+    #[inline(always)]
+    pub(super) fn fill_row(&mut self, row: usize, minima: &[u8], maxima: &[u8], limit: u8) {
+        let tiles = self.tiles;
+        let last = self.values.len() / tiles - 1;
+        let around = [row.saturating_sub(1), row, (row + 1).min(last)];
+        let [low, high] = &mut self.columns;
+        fold_column(rows_of(minima, tiles, around), low, u8::min);
+        fold_column(rows_of(maxima, tiles, around), high, u8::max);
+        cut_row(low, high, limit, &mut self.values[row * tiles..][..tiles]);
+    }
+}
+
+#[inline(always)]
+fn rows_of(values: &[u8], tiles: usize, [above, row, below]: [usize; 3]) -> [&[u8]; 3] {
+    [&values[above * tiles..][..tiles], &values[row * tiles..][..tiles], &values[below * tiles..][..tiles]]
 }
 
 /// The extreme of three rows, column by column, with the ends repeated once.
@@ -75,7 +83,8 @@ mod tests {
         minima[0] = 20;
         maxima[6] = 220;
         let mut cuts = Cuts::default();
-        cuts.fill(5, &minima, &maxima, 5);
+        cuts.resize(5, 5);
+        (0..5).for_each(|row| cuts.fill_row(row, &minima, &maxima, 5));
         assert_eq!(cuts.at(0, 0), 20 + 100 + 1);
         assert_eq!(cuts.at(8, 8), 100 + 60 + 1, "sees tile (1,1) but not tile (0,0)");
         assert_eq!(cuts.at(19, 19), 0, "a range of 2 is no content");

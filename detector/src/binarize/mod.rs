@@ -10,4 +10,4 @@ mod planes;
 pub(crate) mod raster;
 
 pub(crate) use cuts::Cuts;
-pub(crate) use planes::{Planes, binarize};
+pub(crate) use planes::{Colours, Planes, binarize};

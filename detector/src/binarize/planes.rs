@@ -1,7 +1,7 @@
-//! Bit planes of dark and of bright pixels, made in two passes over the rows of the raster.
+//! Bit planes of dark and of bright pixels, made in one pass over the rows of the raster.
 
 use super::cuts::Cuts;
-use super::noise::contrast_limit;
+use super::noise;
 use super::raster::Raster;
 use crate::simd::{self, Kernel, Level};
 
@@ -11,9 +11,9 @@ use crate::simd::{self, Kernel, Level};
 pub(crate) struct Planes {
     /// Words of 64 pixels a row.
     pub(crate) words: usize,
-    /// Pixels that black cells may be made of.
+    /// Pixels that black cells may be made of. Stale unless asked for.
     pub(crate) dark: Vec<u64>,
-    /// Pixels that white cells may be made of.
+    /// Pixels that white cells may be made of. Stale unless asked for.
     pub(crate) bright: Vec<u64>,
     /// The threshold of every tile.
     pub(crate) cuts: Cuts,
@@ -21,86 +21,152 @@ pub(crate) struct Planes {
     pub(crate) contrast_limit: u8,
     minima: Vec<u8>,
     maxima: Vec<u8>,
-    scratch: Vec<u8>,
+    slots: Slots,
+    unwanted: Vec<u64>,
+}
+
+/// Which bit planes are asked for: at least one.
+#[derive(Clone, Copy)]
+pub(crate) struct Colours {
+    pub(crate) dark: bool,
+    pub(crate) bright: bool,
 }
 
 /// Fills `planes` from `raster`.
-pub(crate) fn binarize<R: Raster>(level: Level, raster: R, planes: &mut Planes) {
-    planes.scratch.resize(4 * raster.width(), 0);
-    level.run(Extrema { level, raster, planes: &mut *planes });
-    let tiles = raster.width().div_ceil(4);
-    planes.contrast_limit = contrast_limit(tiles, &planes.minima, &planes.maxima);
-    level.run(CutTiles { tiles, planes: &mut *planes });
-    level.run(Threshold { level, raster, planes });
+pub(crate) fn binarize<R: Raster>(level: Level, raster: R, colours: Colours, planes: &mut Planes) {
+    level.run(Binarize { level, raster, colours, planes });
 }
 
-/// The extremes of every tile.
-struct Extrema<'p, R> {
+struct Binarize<'p, R> {
     level: Level,
     raster: R,
+    colours: Colours,
     planes: &'p mut Planes,
 }
 
-impl<R: Raster> Kernel for Extrema<'_, R> {
+/// Rows a tile.
+const TILE: usize = 4;
+
+impl<R: Raster> Kernel for Binarize<'_, R> {
     type Output = ();
 
+    /// The frame's noise from some rows of tiles, then one pass in which thresholds follow a row of tiles behind the extremes,
+    /// while its pixels are still in the nearest cache: a frame that comes from memory is read little more than once.
     #[inline(always)]
-    fn run(self) {
-        let Self { level, raster, planes } = self;
-        let (width, height) = (raster.width(), raster.height());
-        let (tiles, tile_rows) = (width.div_ceil(4), height.div_ceil(4));
+    fn run(mut self) {
+        let (tiles, tile_rows) = self.resize();
+        for row in (0..tile_rows).filter(|row| noise::votes(*row)) {
+            self.fetch(row);
+            self.find_extremes(row, tiles);
+        }
+        let Planes { minima, maxima, contrast_limit, .. } = &mut *self.planes;
+        *contrast_limit = noise::contrast_limit(tiles, minima, maxima, R::ARE_AVERAGES);
+        for row in 0..=tile_rows {
+            if row < tile_rows {
+                self.fetch(row);
+                if !noise::votes(row) {
+                    self.find_extremes(row, tiles);
+                }
+            }
+            if row > 0 {
+                self.cut(row - 1);
+            }
+        }
+    }
+}
+
+impl<R: Raster> Binarize<'_, R> {
+    /// Makes room; returns how many tiles a row and rows of tiles there are.
+    fn resize(&mut self) -> (usize, usize) {
+        let (width, height) = (self.raster.width(), self.raster.height());
+        let (tiles, tile_rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let planes = &mut *self.planes;
+        planes.words = width / 64 + 1;
         planes.minima.resize(tiles * tile_rows, 0);
         planes.maxima.resize(tiles * tile_rows, 0);
-        let extremes = planes.minima.chunks_exact_mut(tiles).zip(planes.maxima.chunks_exact_mut(tiles));
-        for (tile_row, (low, high)) in extremes.enumerate() {
-            let mut scratch = planes.scratch.chunks_exact_mut(width);
-            // The last tile row repeats the frame's last row where it has fewer than four.
-            let rows: [&[u8]; 4] = std::array::from_fn(|i| {
-                let scratch = scratch.next().unwrap_or_default();
-                raster.row((tile_row * 4 + i).min(height - 1), scratch)
-            });
-            simd::tile_extrema(level, rows, low, high);
+        planes.cuts.resize(tiles, tile_rows);
+        planes.slots.resize(width);
+        planes.unwanted.resize(planes.words, 0);
+        let Colours { dark, bright } = self.colours;
+        for (plane, is_wanted) in [(&mut planes.dark, dark), (&mut planes.bright, bright)] {
+            if is_wanted {
+                plane.resize(planes.words * height, 0);
+            }
+        }
+        (tiles, tile_rows)
+    }
+
+    /// The last row of tiles repeats the raster's last row where it has fewer than four.
+    #[inline(always)]
+    fn row_of(&self, tile_row: usize, i: usize) -> usize {
+        (tile_row * TILE + i).min(self.raster.height() - 1)
+    }
+
+    #[inline(always)]
+    fn fetch(&mut self, tile_row: usize) {
+        for i in 0..TILE {
+            let y = self.row_of(tile_row, i);
+            self.raster.fetch(self.level, y, self.planes.slots.of_mut(tile_row, i));
+        }
+    }
+
+    #[inline(always)]
+    fn find_extremes(&mut self, tile_row: usize, tiles: usize) {
+        let mut rows: [&[u8]; TILE] = [&[]; TILE];
+        for (i, row) in rows.iter_mut().enumerate() {
+            *row = self.raster.fetched(self.row_of(tile_row, i), self.planes.slots.of(tile_row, i));
+        }
+        let low = &mut self.planes.minima[tile_row * tiles..][..tiles];
+        let high = &mut self.planes.maxima[tile_row * tiles..][..tiles];
+        simd::tile_extrema(self.level, rows, low, high);
+    }
+
+    /// The cuts of a row of tiles and the bits of its pixels.
+    #[inline(always)]
+    fn cut(&mut self, tile_row: usize) {
+        let Planes { words, dark, bright, cuts, contrast_limit, minima, maxima, slots, unwanted } =
+            &mut *self.planes;
+        cuts.fill_row(tile_row, minima, maxima, *contrast_limit);
+        let first = tile_row * TILE;
+        for y in first..(first + TILE).min(self.raster.height()) {
+            let row = self.raster.fetched(y, slots.of(tile_row, y - first));
+            let bits = y * *words..(y + 1) * *words;
+            let (dark, bright) = match self.colours {
+                Colours { dark: true, bright: true } => (&mut dark[bits.clone()], &mut bright[bits]),
+                Colours { dark: true, bright: false } => (&mut dark[bits], &mut unwanted[..]),
+                Colours { dark: false, .. } => (&mut unwanted[..], &mut bright[bits]),
+            };
+            simd::threshold_row(self.level, row, cuts.row(tile_row), dark, bright);
         }
     }
 }
 
-/// The cuts of all tiles.
-struct CutTiles<'p> {
-    tiles: usize,
-    planes: &'p mut Planes,
+/// Rows of the raster that are contiguous nowhere else: those of two rows of tiles.
+#[derive(Default)]
+struct Slots {
+    width: usize,
+    bytes: Vec<u8>,
 }
 
-impl Kernel for CutTiles<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let planes = self.planes;
-        planes.cuts.fill(self.tiles, &planes.minima, &planes.maxima, planes.contrast_limit);
+impl Slots {
+    fn resize(&mut self, width: usize) {
+        self.width = width;
+        self.bytes.resize(2 * TILE * width, 0);
     }
-}
-
-/// Both bit planes.
-struct Threshold<'p, R> {
-    level: Level,
-    raster: R,
-    planes: &'p mut Planes,
-}
-
-impl<R: Raster> Kernel for Threshold<'_, R> {
-    type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        let Self { level, raster, planes } = self;
-        let words = raster.width() / 64 + 1;
-        planes.words = words;
-        planes.dark.resize(words * raster.height(), 0);
-        planes.bright.resize(words * raster.height(), 0);
-        let rows = planes.dark.chunks_exact_mut(words).zip(planes.bright.chunks_exact_mut(words));
-        for (y, (dark, bright)) in rows.enumerate() {
-            let row = raster.row(y, &mut planes.scratch);
-            simd::threshold_row(level, row, planes.cuts.row(y / 4), dark, bright);
-        }
+    fn start(&self, tile_row: usize, i: usize) -> usize {
+        (tile_row % 2 * TILE + i) * self.width
+    }
+
+    #[inline(always)]
+    fn of(&self, tile_row: usize, i: usize) -> &[u8] {
+        &self.bytes[self.start(tile_row, i)..][..self.width]
+    }
+
+    #[inline(always)]
+    fn of_mut(&mut self, tile_row: usize, i: usize) -> &mut [u8] {
+        let start = self.start(tile_row, i);
+        &mut self.bytes[start..][..self.width]
     }
 }

@@ -1,18 +1,23 @@
 //! The grid on which quads are looked for: the frame itself, or a decimated view of it that is never stored.
 
 use crate::settings::Decimation;
+use crate::simd::{self, Level};
 use crate::view::LumaView;
 
 /// Grey values on the search grid, and where a point of the grid lies in the frame.
 pub(crate) trait Raster: Copy {
+    /// Whether values are averages of pixels that neighbouring values share.
+    const ARE_AVERAGES: bool;
     /// Columns of the grid.
     fn width(&self) -> usize;
     /// Rows of the grid.
     fn height(&self) -> usize;
     /// One value.
     fn at(&self, x: usize, y: usize) -> u8;
-    /// One row, contiguous: where it lies in the frame if it is so there, else written into `scratch`.
-    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8];
+    /// Makes row `y` contiguous in `slot`, which takes a row, unless it is so in the frame.
+    fn fetch(&self, level: Level, y: usize, slot: &mut [u8]);
+    /// A row that was fetched into `slot`: there, or where it lies in the frame.
+    fn fetched<'s>(&'s self, y: usize, slot: &'s [u8]) -> &'s [u8];
     /// A point of the grid (corner of its first value at 0, 0) in pixels of the frame.
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2];
 }
@@ -41,6 +46,12 @@ impl<'a> Sampled<'a> {
         }
     }
 
+    /// The bytes from the first value of a row to its last.
+    #[inline(always)]
+    fn span(&self, y: usize) -> &[u8] {
+        &self.bytes[y * self.row_stride..][..(self.width - 1) * self.step + 1]
+    }
+
     /// A value and the one on its right.
     #[inline(always)]
     pub(crate) fn pair(&self, x: usize, y: usize) -> [u8; 2] {
@@ -50,6 +61,8 @@ impl<'a> Sampled<'a> {
 }
 
 impl Raster for Sampled<'_> {
+    const ARE_AVERAGES: bool = false;
+
     fn width(&self) -> usize {
         self.width
     }
@@ -64,44 +77,20 @@ impl Raster for Sampled<'_> {
     }
 
     #[inline(always)]
-    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8] {
-        let row = &self.bytes[y * self.row_stride..][..(self.width - 1) * self.step + 1];
-        if self.step == 1 {
-            return row;
+    fn fetch(&self, level: Level, y: usize, slot: &mut [u8]) {
+        if self.step != 1 {
+            simd::every(level, self.span(y), self.step, slot);
         }
-        let scratch = &mut scratch[..self.width];
-        every(row, self.step, scratch);
-        scratch
+    }
+
+    #[inline(always)]
+    fn fetched<'s>(&'s self, y: usize, slot: &'s [u8]) -> &'s [u8] {
+        if self.step == 1 { self.span(y) } else { slot }
     }
 
     /// The value at column x is the pixel `factor * x`, whose centre lies half a pixel further, whatever the factor.
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
         point.map(|v| (v - 0.5) * self.factor + 0.5)
-    }
-}
-
-/// Every `step`-th byte of `row`. The common steps are loops of their own, which compilers turn into shuffles.
-#[inline(always)]
-fn every(row: &[u8], step: usize, out: &mut [u8]) {
-    match step {
-        2 => pick::<2>(row, out),
-        4 => pick::<4>(row, out),
-        _ => {
-            for (to, from) in out.iter_mut().zip(row.chunks(step)) {
-                *to = from[0];
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn pick<const STEP: usize>(row: &[u8], out: &mut [u8]) {
-    let (chunks, rest) = row.as_chunks::<STEP>();
-    for (to, from) in out.iter_mut().zip(chunks) {
-        *to = from[0];
-    }
-    if let (Some(to), Some(from)) = (out.get_mut(chunks.len()), rest.first()) {
-        *to = *from;
     }
 }
 
@@ -125,6 +114,8 @@ impl<'a> ThreeToTwo<'a> {
 }
 
 impl Raster for ThreeToTwo<'_> {
+    const ARE_AVERAGES: bool = true;
+
     fn width(&self) -> usize {
         (self.full.width / 3 * 2).max(1)
     }
@@ -136,39 +127,34 @@ impl Raster for ThreeToTwo<'_> {
     #[inline(always)]
     fn at(&self, x: usize, y: usize) -> u8 {
         let ((x0, x1), (y0, y1)) = (Self::covered(x), Self::covered(y));
-        let value = |x, y| u16::from(self.full.at(x, y));
-        average(2 * value(x0, y0) + value(x0, y1), 2 * value(x1, y0) + value(x1, y1))
+        simd::average(
+            [self.full.at(x0, y0), self.full.at(x1, y0)],
+            [self.full.at(x0, y1), self.full.at(x1, y1)],
+        )
     }
 
     #[inline(always)]
-    fn row<'s>(&'s self, y: usize, scratch: &'s mut [u8]) -> &'s [u8] {
-        let width = self.width();
-        let (y0, y1) = Self::covered(y);
-        let scratch = &mut scratch[..width];
+    fn fetch(&self, level: Level, y: usize, slot: &mut [u8]) {
         if self.full.step != 1 {
-            for (x, to) in scratch.iter_mut().enumerate() {
+            for (x, to) in slot.iter_mut().enumerate() {
                 *to = self.at(x, y);
             }
-            return scratch;
+            return;
         }
-        let line = |y: usize| &self.full.bytes[y * self.full.row_stride..][..width / 2 * 3];
-        let triples = line(y0).as_chunks::<3>().0.iter().zip(line(y1).as_chunks::<3>().0);
-        for (to, (a, b)) in scratch.as_chunks_mut::<2>().0.iter_mut().zip(triples) {
-            let column = |i: usize| 2 * u16::from(a[i]) + u16::from(b[i]);
-            *to = [average(column(0), column(1)), average(column(2), column(1))];
-        }
-        scratch
+        let (full, half) = Self::covered(y);
+        let line = |y: usize| &self.full.bytes[y * self.full.row_stride..][..slot.len() / 2 * 3];
+        let (full, half) = (line(full), line(half));
+        simd::three_to_two(level, full, half, slot);
+    }
+
+    #[inline(always)]
+    fn fetched<'s>(&'s self, _y: usize, slot: &'s [u8]) -> &'s [u8] {
+        slot
     }
 
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
         point.map(|v| v * 1.5)
     }
-}
-
-/// The mean of a fully and a half covered column, each given as twice its full plus once its half covered row.
-#[inline(always)]
-fn average(full: u16, half: u16) -> u8 {
-    ((2 * full + half + 4) / 9) as u8
 }
 
 /// Calls `work` with the raster that `decimation` asks for.
@@ -199,21 +185,24 @@ mod tests {
     }
 
     fn rows_agree_with_single_values<R: Raster>(raster: R) {
-        let mut scratch = vec![0; raster.width()];
+        let mut slot = vec![0; raster.width()];
         for y in 0..raster.height() {
-            let row = raster.row(y, &mut scratch).to_vec();
-            assert_eq!(row.len(), raster.width());
-            for (x, value) in row.iter().enumerate() {
-                assert_eq!(*value, raster.at(x, y), "at {x}, {y}");
+            for level in Level::available() {
+                raster.fetch(level, y, &mut slot);
+                let row = raster.fetched(y, &slot);
+                assert_eq!(row.len(), raster.width());
+                for (x, value) in row.iter().enumerate() {
+                    assert_eq!(*value, raster.at(x, y), "at {x}, {y}, {level}");
+                }
             }
         }
     }
 
     #[test]
     fn rows_hold_the_same_values_as_single_reads_for_every_factor_and_step() {
-        let bytes = ramp(70, 23);
+        let bytes = ramp(700, 23);
         for step in [1, 2, 3] {
-            let geometry = Geometry { offset: 1, width: 20, height: 23, row_stride: 69, pixel_step: step };
+            let geometry = Geometry { offset: 1, width: 230, height: 23, row_stride: 699, pixel_step: step };
             let view = LumaView::new(&bytes, geometry).unwrap();
             for factor in 1..=8 {
                 rows_agree_with_single_values(Sampled::new(&view, factor));
@@ -227,11 +216,9 @@ mod tests {
         let bytes = ramp(40, 10);
         let view = LumaView::grey(&bytes, 40, 10).unwrap();
         let raster = Sampled::new(&view, 1);
-        let mut scratch = vec![0; 40];
-        assert!(
-            std::ptr::eq(raster.row(3, &mut scratch).as_ptr(), &raw const bytes[120]),
-            "row 3 was copied"
-        );
+        let mut slot = vec![0; 40];
+        raster.fetch(Level::best(), 3, &mut slot);
+        assert!(std::ptr::eq(raster.fetched(3, &slot).as_ptr(), &raw const bytes[120]), "row 3 was copied");
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 #![allow(unsafe_code, reason = "this folder is the place that the conventions name for intrinsics")]
 
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod blocks;
 mod level;
 #[cfg(target_arch = "aarch64")]
 mod neon;
@@ -13,6 +15,7 @@ pub(crate) use level::Kernel;
 pub use level::{Level, UnknownLevel};
 
 use level::Kind;
+pub(crate) use scalar::average;
 
 /// Smallest and largest value of each 4x4 tile of four rows. `rows` are equally long; a partial tile at the right end
 /// uses the pixels that it has. `minima` and `maxima` take `rows[0].len().div_ceil(4)` values.
@@ -29,9 +32,10 @@ pub(crate) fn tile_extrema(level: Level, rows: [&[u8]; 4], minima: &mut [u8], ma
         Kind::Neon => unsafe { neon::tile_extrema(rows, minima, maxima) },
         _ => 0,
     };
-    let pixels = done * 4;
-    let rest = rows.map(|row| &row[pixels..]);
-    scalar::tile_extrema(rest, &mut minima[done..], &mut maxima[done..]);
+    if done < rows[0].len() {
+        let rest = rows.map(|row| &row[done..]);
+        scalar::tile_extrema(rest, &mut minima[done / 4..], &mut maxima[done / 4..]);
+    }
 }
 
 /// The bit planes of one row: a pixel is dark when it lies below its tile's cut, bright when not; a cut of 0 marks an
@@ -49,8 +53,39 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
         Kind::Neon => unsafe { neon::threshold_row(row, cuts, dark, bright) },
         _ => 0,
     };
-    let rest = &row[done * 64..];
-    scalar::threshold_row(rest, &cuts[done * 16..], &mut dark[done..], &mut bright[done..]);
+    // Words from here on are not begun yet.
+    let word = done.div_ceil(64);
+    scalar::threshold_row(&row[done..], &cuts[done / 4..], &mut dark[word..], &mut bright[word..]);
+}
+
+/// Every `step`-th byte of `row`, from the first; `out` takes them all.
+pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
+    let done = match (level.kind(), step) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        (Kind::Avx2 | Kind::Avx512, 2) => unsafe { x86::every_second_avx2(row, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        (Kind::Neon, 2) => unsafe { neon::every_second(row, out) },
+        _ => 0,
+    };
+    scalar::every(&row[done * step..], step, &mut out[done..]);
+}
+
+/// A row of the grid on which three pixels become two, from the row that is covered whole and the one that is covered by
+/// half. `out` takes two values for every three of the rows, which are equally long.
+pub(crate) fn three_to_two(level: Level, full: &[u8], half: &[u8], out: &mut [u8]) {
+    let done = match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 | Kind::Avx512 => unsafe { x86::three_to_two_avx2(full, half, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::three_to_two(full, half, out) },
+        _ => 0,
+    };
+    let pixels = done / 2 * 3;
+    scalar::three_to_two(&full[pixels..], &half[pixels..], &mut out[done..]);
 }
 
 #[cfg(test)]
@@ -108,6 +143,41 @@ mod tests {
                 let (mut a, mut b) = (vec![5; words], vec![5; words]);
                 threshold_row(level, row, &cuts, &mut a, &mut b);
                 assert_eq!((&a, &b), (&dark, &bright), "{level} at length {length}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_picks_the_scalar_bytes_at_every_length_and_step() {
+        let mut random = Random(13);
+        for length in 1..=300 {
+            let row = random.bytes(length);
+            for step in 1..=5 {
+                let expected: Vec<u8> = row.iter().copied().step_by(step).collect();
+                for level in Level::available() {
+                    let mut out = vec![9; expected.len()];
+                    every(level, &row, step, &mut out);
+                    assert_eq!(out, expected, "{level}, step {step}, length {length}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_scalar_averages_of_three_to_two_at_every_length() {
+        let mut random = Random(17);
+        for triples in 1..=100 {
+            let (mut full, mut half) = (random.bytes(3 * triples), random.bytes(3 * triples));
+            // The largest sums must not overflow.
+            full[0..2].fill(255);
+            half[0..2].fill(255);
+            let mut expected = vec![0; 2 * triples];
+            scalar::three_to_two(&full, &half, &mut expected);
+            assert_eq!(expected[0], 255);
+            for level in Level::available() {
+                let mut out = vec![9; 2 * triples];
+                three_to_two(level, &full, &half, &mut out);
+                assert_eq!(out, expected, "{level}, {triples} triples");
             }
         }
     }

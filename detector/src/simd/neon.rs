@@ -3,6 +3,8 @@
 
 use std::arch::aarch64::*;
 
+use super::blocks::{Blocks, word_of};
+
 #[target_feature(enable = "neon")]
 fn load(bytes: &[u8], at: usize) -> uint8x16_t {
     let chunk = &bytes[at..at + 16];
@@ -43,22 +45,22 @@ fn max_4(a: uint8x16_t, b: uint8x16_t, c: uint8x16_t, d: uint8x16_t) -> uint8x16
     vmaxq_u8(vmaxq_u8(a, b), vmaxq_u8(c, d))
 }
 
-/// Tiles done, always a multiple of 16.
+/// Pixels done.
 #[target_feature(enable = "neon")]
 pub(super) fn tile_extrema(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let blocks = rows[0].len() / 64;
-    for i in 0..blocks {
-        let (a, b) = (load_block(rows[0], i * 64), load_block(rows[1], i * 64));
-        let (c, d) = (load_block(rows[2], i * 64), load_block(rows[3], i * 64));
+    let mut blocks = Blocks::<64>::of(rows[0].len());
+    while let Some(at) = blocks.next() {
+        let (a, b) = (load_block(rows[0], at), load_block(rows[1], at));
+        let (c, d) = (load_block(rows[2], at), load_block(rows[3], at));
         // Four vectors of columns, taken together pairwise twice, are one vector of tiles.
         let left = vpminq_u8(min_4(a.0, b.0, c.0, d.0), min_4(a.1, b.1, c.1, d.1));
         let right = vpminq_u8(min_4(a.2, b.2, c.2, d.2), min_4(a.3, b.3, c.3, d.3));
-        store(vpminq_u8(left, right), minima, i * 16);
+        store(vpminq_u8(left, right), minima, at / 4);
         let left = vpmaxq_u8(max_4(a.0, b.0, c.0, d.0), max_4(a.1, b.1, c.1, d.1));
         let right = vpmaxq_u8(max_4(a.2, b.2, c.2, d.2), max_4(a.3, b.3, c.3, d.3));
-        store(vpmaxq_u8(left, right), maxima, i * 16);
+        store(vpmaxq_u8(left, right), maxima, at / 4);
     }
-    blocks * 16
+    blocks.end
 }
 
 /// The upper four bits of each of 16 bytes, the first byte's lowest.
@@ -69,23 +71,75 @@ fn upper_halves(bytes: uint8x16_t) -> u64 {
     vget_lane_u64::<0>(vreinterpret_u64_u8(vshrn_n_u16::<4>(doubled)))
 }
 
-/// Words of 64 pixels done.
+/// Pixels done.
 ///
 /// A dealt-out vector has one pixel of each of the 16 tiles, so that the cuts need no spreading over pixels.
 #[target_feature(enable = "neon")]
 pub(super) fn threshold_row(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let words = row.len() / 64;
-    for i in 0..words {
-        let cut = load(cuts, i * 16);
-        let pixels = load_dealt(row, i * 64);
+    let mut blocks = Blocks::<64>::of(row.len());
+    while let Some(at) = blocks.next() {
+        let cut = load(cuts, at / 4);
+        let pixels = load_dealt(row, at);
         let (a, b) = (vcgeq_u8(pixels.0, cut), vcgeq_u8(pixels.1, cut));
         let (c, d) = (vcgeq_u8(pixels.2, cut), vcgeq_u8(pixels.3, cut));
         // Shifted in below each other: at last the uppermost bits of each byte are those of d, c, b and a.
         let (ab, cd) = (vsriq_n_u8::<1>(b, a), vsriq_n_u8::<1>(d, c));
         let reached = upper_halves(vsriq_n_u8::<2>(cd, ab));
         let sure = upper_halves(vtstq_u8(cut, cut));
-        dark[i] = !reached;
-        bright[i] = reached & sure;
+        let (word, known) = word_of(at);
+        dark[word] = !reached >> known;
+        bright[word] = (reached & sure) >> known;
     }
-    words
+    blocks.end
+}
+
+/// Values done, always a multiple of 16.
+#[target_feature(enable = "neon")]
+pub(super) fn every_second(row: &[u8], out: &mut [u8]) -> usize {
+    let blocks = row.len() / 32;
+    for i in 0..blocks {
+        let chunk = &row[i * 32..][..32];
+        // SAFETY: `chunk` has just been checked to hold the 32 bytes that are read; the load takes any alignment.
+        let dealt = unsafe { vld2q_u8(chunk.as_ptr()) };
+        store(dealt.0, out, i * 16);
+    }
+    blocks * 16
+}
+
+/// 24 bytes, dealt out: the first vector has bytes 0, 3, 6 and so on, the second 1, 4, 7, ...
+#[target_feature(enable = "neon")]
+fn load_triples(bytes: &[u8], at: usize) -> uint8x8x3_t {
+    let chunk = &bytes[at..at + 24];
+    // SAFETY: `chunk` has just been checked to hold the 24 bytes that are read; the load takes any alignment.
+    unsafe { vld3_u8(chunk.as_ptr()) }
+}
+
+/// Sums of eight pixels: twice the full row's and once the half row's.
+#[target_feature(enable = "neon")]
+fn column(full: uint8x8_t, half: uint8x8_t) -> uint16x8_t {
+    vaddw_u8(vshll_n_u8::<1>(full), half)
+}
+
+/// Ninths of twice `outer` and once `middle`, rounded: 7282 / 65536 is near enough for all sums up to 2299.
+#[target_feature(enable = "neon")]
+fn ninths(outer: uint16x8_t, middle: uint16x8_t) -> uint8x8_t {
+    let sum = vaddq_u16(vaddq_u16(outer, outer), vaddq_u16(middle, vdupq_n_u16(4)));
+    let low = vmull_n_u16(vget_low_u16(sum), 7282);
+    let high = vmull_n_u16(vget_high_u16(sum), 7282);
+    vmovn_u16(vcombine_u16(vshrn_n_u32::<16>(low), vshrn_n_u32::<16>(high)))
+}
+
+/// Values done, always a multiple of 16.
+#[target_feature(enable = "neon")]
+pub(super) fn three_to_two(full: &[u8], half: &[u8], out: &mut [u8]) -> usize {
+    let blocks = full.len() / 24;
+    for i in 0..blocks {
+        let (a, b) = (load_triples(full, i * 24), load_triples(half, i * 24));
+        let middle = column(a.1, b.1);
+        let (first, last) = (ninths(column(a.0, b.0), middle), ninths(column(a.2, b.2), middle));
+        let to = &mut out[i * 16..][..16];
+        // SAFETY: `to` has just been checked to hold the 16 bytes that are written; the store takes any alignment.
+        unsafe { vst2_u8(to.as_mut_ptr(), uint8x8x2_t(first, last)) };
+    }
+    blocks * 16
 }

@@ -21,3 +21,28 @@ pub(super) fn threshold_row(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &
         bright[x / 64] |= u64::from(*value >= cut && cut != 0) << (x % 64);
     }
 }
+
+/// Every `step`-th byte of `row`, from the first.
+#[inline(always)]
+pub(super) fn every(row: &[u8], step: usize, out: &mut [u8]) {
+    for (to, from) in out.iter_mut().zip(row.chunks(step)) {
+        *to = from[0];
+    }
+}
+
+/// The mean of the 1.5 x 1.5 pixels of which one is covered whole, two by half and one by a quarter: of each row the whole
+/// and the half column.
+#[inline(always)]
+pub(crate) fn average(full_row: [u8; 2], half_row: [u8; 2]) -> u8 {
+    let column = |i: usize| 2 * u16::from(full_row[i]) + u16::from(half_row[i]);
+    ((2 * column(0) + column(1) + 4) / 9) as u8
+}
+
+/// Three pixels of two rows, of which the second is covered by half, become two.
+#[inline(always)]
+pub(super) fn three_to_two(full: &[u8], half: &[u8], out: &mut [u8]) {
+    let triples = full.as_chunks::<3>().0.iter().zip(half.as_chunks::<3>().0);
+    for (to, (a, b)) in out.as_chunks_mut::<2>().0.iter_mut().zip(triples) {
+        *to = [average([a[0], a[1]], [b[0], b[1]]), average([a[2], a[1]], [b[2], b[1]])];
+    }
+}

@@ -2,11 +2,19 @@
 
 use std::arch::x86_64::*;
 
+use super::blocks::{Blocks, word_of};
 use super::level::Kernel;
 
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
+}
+
+#[target_feature(enable = "avx2")]
+fn load_128(bytes: &[u8], at: usize) -> __m128i {
+    let chunk = &bytes[at..at + 16];
+    // SAFETY: `chunk` has just been checked to hold the 16 bytes that are read; the load takes any alignment.
+    unsafe { _mm_loadu_si128(chunk.as_ptr().cast()) }
 }
 
 #[target_feature(enable = "avx2")]
@@ -33,47 +41,47 @@ fn low_bytes_256(v: __m256i) -> [u8; 8] {
     [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
 }
 
-/// Tiles done, always a multiple of 8.
+/// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let vectors = rows[0].len() / 32;
-    for i in 0..vectors {
+    let mut blocks = Blocks::<32>::of(rows[0].len());
+    while let Some(at) = blocks.next() {
         // Not by `map`: its closure would be compiled without these instructions.
-        let (a, b) = (load_256(rows[0], i * 32), load_256(rows[1], i * 32));
-        let (c, d) = (load_256(rows[2], i * 32), load_256(rows[3], i * 32));
+        let (a, b) = (load_256(rows[0], at), load_256(rows[1], at));
+        let (c, d) = (load_256(rows[2], at), load_256(rows[3], at));
         let mut low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
         let mut high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
         low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
         low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
         high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
         high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
-        minima[i * 8..][..8].copy_from_slice(&low_bytes_256(low));
-        maxima[i * 8..][..8].copy_from_slice(&low_bytes_256(high));
+        minima[at / 4..][..8].copy_from_slice(&low_bytes_256(low));
+        maxima[at / 4..][..8].copy_from_slice(&low_bytes_256(high));
     }
-    vectors * 8
+    blocks.end
 }
 
-/// Tiles done, always a multiple of 16.
+/// Pixels done.
 #[target_feature(enable = "avx512f,avx512bw")]
 pub(super) fn tile_extrema_avx512(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let vectors = rows[0].len() / 64;
-    for i in 0..vectors {
+    let mut blocks = Blocks::<64>::of(rows[0].len());
+    while let Some(at) = blocks.next() {
         // Not by `map`: its closure would be compiled without these instructions.
-        let (a, b) = (load_512(rows[0], i * 64), load_512(rows[1], i * 64));
-        let (c, d) = (load_512(rows[2], i * 64), load_512(rows[3], i * 64));
+        let (a, b) = (load_512(rows[0], at), load_512(rows[1], at));
+        let (c, d) = (load_512(rows[2], at), load_512(rows[3], at));
         let mut low = _mm512_min_epu8(_mm512_min_epu8(a, b), _mm512_min_epu8(c, d));
         let mut high = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
         low = _mm512_min_epu8(low, _mm512_srli_epi32::<8>(low));
         low = _mm512_min_epu8(low, _mm512_srli_epi32::<16>(low));
         high = _mm512_max_epu8(high, _mm512_srli_epi32::<8>(high));
         high = _mm512_max_epu8(high, _mm512_srli_epi32::<16>(high));
-        store_128(_mm512_cvtepi32_epi8(low), &mut minima[i * 16..]);
-        store_128(_mm512_cvtepi32_epi8(high), &mut maxima[i * 16..]);
+        store_128(_mm512_cvtepi32_epi8(low), &mut minima[at / 4..]);
+        store_128(_mm512_cvtepi32_epi8(high), &mut maxima[at / 4..]);
     }
-    vectors * 16
+    blocks.end
 }
 
-#[target_feature(enable = "avx512f,avx512bw")]
+#[target_feature(enable = "avx2")]
 fn store_128(v: __m128i, to: &mut [u8]) {
     let to = &mut to[..16];
     // SAFETY: `to` has just been checked to hold the 16 bytes that are written; the store takes any alignment.
@@ -90,41 +98,89 @@ fn spread_256(cuts: &[u8]) -> __m256i {
     _mm256_shuffle_epi8(_mm256_set1_epi64x(cuts), places)
 }
 
-/// Words of 64 pixels done.
+/// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let words = row.len() / 64;
     let zero = _mm256_setzero_si256();
-    for i in 0..words {
+    let mut blocks = Blocks::<64>::of(row.len());
+    while let Some(at) = blocks.next() {
         let (mut at_least, mut sure) = ([0u64; 2], [0u64; 2]);
         for half in 0..2 {
-            let pixels = load_256(row, i * 64 + half * 32);
-            let cut = spread_256(&cuts[i * 16 + half * 8..][..8]);
+            let pixels = load_256(row, at + half * 32);
+            let cut = spread_256(&cuts[at / 4 + half * 8..][..8]);
             let reached = _mm256_cmpeq_epi8(_mm256_max_epu8(pixels, cut), pixels);
             at_least[half] = u64::from(_mm256_movemask_epi8(reached) as u32);
             sure[half] = u64::from(!_mm256_movemask_epi8(_mm256_cmpeq_epi8(cut, zero)) as u32);
         }
         let reached = at_least[0] | at_least[1] << 32;
-        dark[i] = !reached;
-        bright[i] = reached & (sure[0] | sure[1] << 32);
+        let (word, known) = word_of(at);
+        dark[word] = !reached >> known;
+        bright[word] = (reached & (sure[0] | sure[1] << 32)) >> known;
     }
-    words
+    blocks.end
 }
 
-/// Words of 64 pixels done.
+/// Pixels done.
 #[target_feature(enable = "avx512f,avx512bw")]
 pub(super) fn threshold_row_avx512(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let words = row.len() / 64;
     let places = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12));
-    for i in 0..words {
-        let pixels = load_512(row, i * 64);
-        let cut16 = &cuts[i * 16..][..16];
-        // SAFETY: `cut16` has just been checked to hold the 16 bytes that are read; the load takes any alignment.
-        let cut = unsafe { _mm_loadu_si128(cut16.as_ptr().cast()) };
-        let cut = _mm512_shuffle_epi8(_mm512_cvtepu8_epi32(cut), places);
+    let mut blocks = Blocks::<64>::of(row.len());
+    while let Some(at) = blocks.next() {
+        let pixels = load_512(row, at);
+        let cut = _mm512_shuffle_epi8(_mm512_cvtepu8_epi32(load_128(cuts, at / 4)), places);
         let below = _mm512_cmplt_epu8_mask(pixels, cut);
-        dark[i] = below;
-        bright[i] = !below & _mm512_test_epi8_mask(cut, cut);
+        let (word, known) = word_of(at);
+        dark[word] = below >> known;
+        bright[word] = (!below & _mm512_test_epi8_mask(cut, cut)) >> known;
     }
-    words
+    blocks.end
+}
+
+#[target_feature(enable = "avx2")]
+fn store_256(v: __m256i, to: &mut [u8]) {
+    let to = &mut to[..32];
+    // SAFETY: `to` has just been checked to hold the 32 bytes that are written; the store takes any alignment.
+    unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), v) }
+}
+
+/// Values done.
+#[target_feature(enable = "avx2")]
+pub(super) fn every_second_avx2(row: &[u8], out: &mut [u8]) -> usize {
+    let blocks = row.len() / 64;
+    let low = _mm256_set1_epi16(0xff);
+    for i in 0..blocks {
+        let a = _mm256_and_si256(load_256(row, i * 64), low);
+        let b = _mm256_and_si256(load_256(row, i * 64 + 32), low);
+        // Packing works in halves of 128 bits: put the quarters in order again.
+        let packed = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_packus_epi16(a, b));
+        store_256(packed, &mut out[i * 32..]);
+    }
+    blocks * 32
+}
+
+/// Twelve bytes from `at` and twelve after these, in the lower part of each half; four more of each are read and not used.
+#[target_feature(enable = "avx2")]
+fn load_twelves(bytes: &[u8], at: usize) -> __m256i {
+    _mm256_set_m128i(load_128(bytes, at + 12), load_128(bytes, at))
+}
+
+/// Values done, always a multiple of 16.
+#[target_feature(enable = "avx2")]
+pub(super) fn three_to_two_avx2(full: &[u8], half: &[u8], out: &mut [u8]) -> usize {
+    // The last block reads four bytes more than it uses.
+    let blocks = full.len().saturating_sub(4) / 24;
+    // Of each three bytes the first with the middle one, and the last with the middle one.
+    let pairs = _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 2, 1, 3, 4, 5, 4, 6, 7, 8, 7, 9, 10, 11, 10));
+    let two_and_one = _mm256_set1_epi16(i16::from_le_bytes([2, 1]));
+    // 7282 / 65536 is a ninth, near enough for all sums up to 2299.
+    let (rounding, ninth) = (_mm256_set1_epi16(4), _mm256_set1_epi16(7282));
+    for i in 0..blocks {
+        let a = _mm256_maddubs_epi16(_mm256_shuffle_epi8(load_twelves(full, i * 24), pairs), two_and_one);
+        let b = _mm256_maddubs_epi16(_mm256_shuffle_epi8(load_twelves(half, i * 24), pairs), two_and_one);
+        let sum = _mm256_add_epi16(_mm256_add_epi16(a, a), _mm256_add_epi16(b, rounding));
+        let mean = _mm256_mulhi_epu16(sum, ninth);
+        let packed = _mm256_permute4x64_epi64::<0b00_00_10_00>(_mm256_packus_epi16(mean, mean));
+        store_128(_mm256_castsi256_si128(packed), &mut out[i * 16..]);
+    }
+    blocks * 16
 }
