@@ -11,7 +11,7 @@ pub(super) struct Blocks<const SIZE: usize> {
 impl<const SIZE: usize> Blocks<SIZE> {
     #[inline(always)]
     pub(super) fn of(pixels: usize) -> Self {
-        let reaches_back = pixels >= SIZE && pixels % 4 == 0;
+        let reaches_back = pixels >= SIZE && pixels.is_multiple_of(4);
         Self { next: 0, end: if reaches_back { pixels } else { pixels / SIZE * SIZE } }
     }
 
