@@ -14,19 +14,22 @@
 //! What it gives on rendered tags: `bench/record/corners.md`.
 
 mod blur;
+mod edges;
 mod model;
+mod patch;
+mod pattern;
 mod pixels;
 mod solve;
-
-pub(crate) use blur::StepTable;
 
 use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
 use super::sample::Frame;
 use model::{Model, Parameters};
-use pixels::{Patch, Pixel};
-use solve::NormalEquations;
+use patch::Patch;
+use pattern::Pattern;
+use pixels::{BLOCK, Laid, Pixels};
+use solve::{NormalEquations, PARAMETERS};
 
 /// Gauss-Newton steps.
 const STEPS: usize = 3;
@@ -37,12 +40,15 @@ const LEAST_GAIN: f32 = 2.0;
 /// A corner that moves further than these many pixels, and further than this many cells, has gone astray.
 const FARTHEST_MOVE: (f64, f64) = (2.0, 1.0);
 
+/// Reach that windows of cells must have around every pixel, pixels: five standard deviations of a sharp picture's blur, and
+/// two and a half of a poor one's.
+const WINDOW_REACH: f64 = 3.75;
+
 /// Buffers of the alignment.
 #[derive(Default)]
 pub(crate) struct Align {
-    table: StepTable,
-    pixels: Vec<Pixel>,
-    pattern: Vec<f32>,
+    pattern: Pattern,
+    pixels: Pixels,
 }
 
 impl Align {
@@ -57,25 +63,22 @@ impl Align {
         corners: &[[f64; 2]; 4],
         border: &Border,
     ) -> Option<[[f64; 2]; 4]> {
-        self.paint(reader, code);
         let patch = Patch::around(corners);
-        let start = Homography::from_square(corners, reader.width)?.inverse()?;
-        let mut parameters = Parameters::new(&start, &patch, border);
-        pixels::choose(frame, reader, &self.pattern, &patch, &start, &mut self.pixels);
-        if self.pixels.len() < LEAST_PIXELS {
+        let to_frame = Homography::from_square(corners, reader.width)?;
+        let to_cells = to_frame.inverse()?;
+        let window = window(&to_cells, corners);
+        self.pattern.paint(reader, code);
+        let mut parameters = Parameters::new(&to_cells, &patch, border);
+        let model = Model::new(&self.pattern, &parameters, patch.scale);
+        let laid = Laid { pattern: &self.pattern, patch: &patch, to_frame: &to_frame, model: &model, window };
+        self.pixels.choose(frame, &laid);
+        if self.pixels.count() < LEAST_PIXELS {
             return None;
         }
-        let mut rms = f32::MAX;
-        for step in 0..=STEPS {
-            let model = Model::new(reader, &self.pattern, &self.table, &parameters, patch.scale);
-            let mut equations = NormalEquations::default();
-            for pixel in &self.pixels {
-                equations.add(&model.row(pixel), rms);
-            }
-            rms = equations.rms()?;
-            if step < STEPS {
-                parameters.step(&equations.solve(&parameters, rms)?);
-            }
+        match window {
+            2 => self.descend::<2>(&mut parameters, patch.scale)?,
+            4 => self.descend::<4>(&mut parameters, patch.scale)?,
+            _ => self.descend::<8>(&mut parameters, patch.scale)?,
         }
         if parameters.gain() < LEAST_GAIN {
             return None;
@@ -84,18 +87,41 @@ impl Align {
         stayed(corners, &aligned, reader.width).then_some(aligned)
     }
 
-    /// The colours of all cells: 0 black, 1 white, NaN unknown.
+    /// The Gauss-Newton steps, with windows of `WINDOW` cells along an axis. `None` when the numbers run away.
     #[inline(always)]
-    fn paint(&mut self, reader: &Reader, code: u64) {
-        self.pattern.clear();
-        self.pattern.resize(reader.grid_width * reader.grid_width, f32::NAN);
-        for cell in &reader.known {
-            self.pattern[cell.place] = f32::from(u8::from(cell.white));
+    fn descend<const WINDOW: usize>(&self, parameters: &mut Parameters, scale: f64) -> Option<()> {
+        let mut rows = [[0.0; BLOCK]; PARAMETERS + 1];
+        let mut rms = f32::MAX;
+        for _ in 0..STEPS {
+            let model = Model::new(&self.pattern, parameters, scale);
+            let mut equations = NormalEquations::default();
+            for block in self.pixels.blocks() {
+                model.rows::<WINDOW>(block, &mut rows);
+                equations.add(&rows, &block.weight, rms);
+            }
+            rms = equations.rms()?;
+            parameters.step(&equations.solve(parameters, rms)?);
         }
-        for (i, cell) in reader.data.iter().enumerate() {
-            let bit = code >> (reader.data.len() - 1 - i) & 1;
-            self.pattern[cell.place] = bit as f32;
-        }
+        Some(())
+    }
+}
+
+/// Cells along an axis that the blur can reach from a pixel, for the smallest cells of the tag: 2, 4 or 8.
+#[inline(always)]
+fn window(to_cells: &Homography, corners: &[[f64; 2]; 4]) -> usize {
+    let mut most: f64 = 0.0;
+    for corner in corners {
+        let [u, v] = to_cells.stretch(*corner);
+        most = most.max(u).max(v);
+    }
+    // Windows reach at least half a cell less than half their width on either side.
+    let cells = 2.0 * WINDOW_REACH * most + 1.0;
+    if cells <= 2.0 {
+        2
+    } else if cells <= 4.0 {
+        4
+    } else {
+        8
     }
 }
 

@@ -1,13 +1,14 @@
-//! What the model says about one pixel, and how that changes with each parameter.
+//! What the model says about pixels, and how that changes with each parameter.
 
 use nalgebra::Matrix3;
 
 use super::super::border::Border;
 use super::super::homography::Homography;
-use super::super::reader::Reader;
-use super::blur::{REACH, StepTable};
-use super::pixels::{Patch, Pixel};
-use super::solve::{PARAMETERS, Row};
+use super::blur::normal;
+use super::patch::Patch;
+use super::pattern::Pattern;
+use super::pixels::{BLOCK, Block, Lanes};
+use super::solve::{PARAMETERS, Rows};
 
 /// Blur that is assumed before anything is measured: optics, sensor and demosaicing, pixels.
 pub(super) const EXPECTED_SIGMA: f32 = 0.75;
@@ -80,11 +81,8 @@ impl Parameters {
 }
 
 /// The model with parameters in force.
-pub(super) struct Model<'a> {
-    pattern: &'a [f32],
-    grid_width: usize,
+pub(super) struct Model {
     margin: f32,
-    table: &'a StepTable,
     map: [f32; 8],
     grey: [f32; 6],
     /// Blur in units of the patch, along u and v.
@@ -93,31 +91,40 @@ pub(super) struct Model<'a> {
     per_unit: f32,
 }
 
-/// Most cells that the blur can reach along an axis; wider blurs are cut off there.
-const MOST_CELLS: usize = 8;
-
-/// The share of each cell along one axis, with its derivatives by place and by the blur's logarithm.
-struct Axis {
-    first: usize,
-    count: usize,
-    share: [f32; MOST_CELLS],
-    by_place: [f32; MOST_CELLS],
-    by_blur: [f32; MOST_CELLS],
+/// Where pixels lie in cells, and how fast that changes.
+pub(super) struct Places {
+    /// Counted as the pattern does.
+    pub(super) u: Lanes,
+    pub(super) v: Lanes,
+    /// One over the pixel's distance from the horizon.
+    depth: Lanes,
+    pub(super) u_by: [Lanes; 2],
+    pub(super) v_by: [Lanes; 2],
 }
 
-impl<'a> Model<'a> {
-    pub(super) fn new(
-        reader: &Reader,
-        pattern: &'a [f32],
-        table: &'a StepTable,
-        parameters: &Parameters,
-        scale: f64,
-    ) -> Self {
+/// The blurred step at each line between the cells of a window, along one axis, with its derivatives by the pixel's place
+/// and by the blur's logarithm. Line `k` lies between cells `k - 1` and `k`.
+struct Steps<const WINDOW: usize> {
+    share: [Lanes; WINDOW],
+    by_place: [Lanes; WINDOW],
+    by_blur: [Lanes; WINDOW],
+}
+
+/// The blurred pattern with its derivatives.
+struct Blurred {
+    value: Lanes,
+    by_u: Lanes,
+    by_v: Lanes,
+    by_blur_u: Lanes,
+    by_blur_v: Lanes,
+}
+
+const ZERO: Lanes = [0.0; BLOCK];
+
+impl Model {
+    pub(super) fn new(pattern: &Pattern, parameters: &Parameters, scale: f64) -> Self {
         Self {
-            pattern,
-            grid_width: reader.grid_width,
-            margin: reader.grid_margin() as f32,
-            table,
+            margin: pattern.margin() as f32,
             map: parameters.map.map(|v| v as f32),
             grey: parameters.grey,
             sigma: parameters.log_sigma.map(|log| log.exp() / scale as f32),
@@ -126,106 +133,139 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Residual and derivatives of one pixel.
+    /// Residuals and derivatives of a block of pixels whose windows have `WINDOW` cells along an axis.
     #[inline(always)]
-    pub(super) fn row(&self, pixel: &Pixel) -> Row {
-        let (x, y, h) = (pixel.x, pixel.y, &self.map);
-        let scale = 1.0 / (h[6] * x + h[7] * y + 1.0);
-        let u = (h[0] * x + h[1] * y + h[2]) * scale;
-        let v = (h[3] * x + h[4] * y + h[5]) * scale;
-        let (ux, uy) = ((h[0] - u * h[6]) * scale, (h[1] - u * h[7]) * scale);
-        let (vx, vy) = ((h[3] - v * h[6]) * scale, (h[4] - v * h[7]) * scale);
-        let along_u = self.axis(u + self.margin, self.sigma[0] * (ux * ux + uy * uy).sqrt());
-        let along_v = self.axis(v + self.margin, self.sigma[1] * (vx * vx + vy * vy).sqrt());
-        let [t, t_u, t_v, t_blur_u, t_blur_v] = self.blurred(&along_u, &along_v);
-        let (tx, ty) = (t_u * ux + t_v * vx, t_u * uy + t_v * vy);
-        let slope = (tx * tx + ty * ty).sqrt() * self.per_unit;
-        let g = &self.grey;
-        let gain = g[3] + g[4] * x + g[5] * y;
-        let predicted = g[0] + g[1] * x + g[2] * y + gain * (t + self.bloom * slope);
-        let (by_u, by_v) = (gain * t_u * scale, gain * t_v * scale);
-        let by_depth = -(by_u * u + by_v * v);
-        Row {
-            residual: pixel.grey - predicted,
-            derivatives: [
-                by_u * x,
-                by_u * y,
-                by_u,
-                by_v * x,
-                by_v * y,
-                by_v,
-                by_depth * x,
-                by_depth * y,
-                1.0,
-                x,
-                y,
-                t,
-                t * x,
-                t * y,
-                gain * t_blur_u,
-                gain * t_blur_v,
-                gain * slope,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-            ],
-        }
+    pub(super) fn rows<const WINDOW: usize>(&self, block: &Block, rows: &mut Rows) {
+        let places = self.places(&block.x, &block.y);
+        let along_u = self.steps::<WINDOW>(&places.u, &block.first_u, &places.u_by, self.sigma[0]);
+        let along_v = self.steps::<WINDOW>(&places.v, &block.first_v, &places.v_by, self.sigma[1]);
+        let blurred = blurred::<WINDOW>(block, &along_u, &along_v);
+        self.derive(block, &places, &blurred, rows);
     }
 
-    /// How much each cell along an axis contributes at a place (in grid cells) under a blur (in cells).
     #[inline(always)]
-    fn axis(&self, place: f32, sigma: f32) -> Axis {
-        let last = self.grid_width - 1;
-        let first = ((place - REACH * sigma).max(0.0) as usize).min(last);
-        let end = ((place + REACH * sigma).max(0.0) as usize).min(last);
-        let count = (end - first + 1).min(MOST_CELLS);
-        let mut axis = Axis {
-            first,
-            count,
-            share: [0.0; MOST_CELLS],
-            by_place: [0.0; MOST_CELLS],
-            by_blur: [0.0; MOST_CELLS],
-        };
-        let inverse = 1.0 / sigma;
-        let at = |cell: usize| {
-            let z = (cell as f32 - place) * inverse;
-            let (integral, density) = self.table.at(z);
-            (z, integral, density)
-        };
-        let mut before = at(first);
-        for i in 0..count {
-            let after = at(first + i + 1);
-            axis.share[i] = after.1 - before.1;
-            axis.by_place[i] = (before.2 - after.2) * inverse;
-            axis.by_blur[i] = before.0 * before.2 - after.0 * after.2;
-            before = after;
+    pub(super) fn places(&self, x: &Lanes, y: &Lanes) -> Places {
+        let h = &self.map;
+        let mut p = Places { u: ZERO, v: ZERO, depth: ZERO, u_by: [ZERO; 2], v_by: [ZERO; 2] };
+        for l in 0..BLOCK {
+            let (x, y) = (x[l], y[l]);
+            let depth = 1.0 / (h[6] * x + h[7] * y + 1.0);
+            let u = (h[0] * x + h[1] * y + h[2]) * depth;
+            let v = (h[3] * x + h[4] * y + h[5]) * depth;
+            p.u[l] = u + self.margin;
+            p.v[l] = v + self.margin;
+            p.depth[l] = depth;
+            p.u_by[0][l] = (h[0] - u * h[6]) * depth;
+            p.u_by[1][l] = (h[1] - u * h[7]) * depth;
+            p.v_by[0][l] = (h[3] - v * h[6]) * depth;
+            p.v_by[1][l] = (h[4] - v * h[7]) * depth;
         }
-        axis
+        p
     }
 
-    /// The blurred pattern and its derivatives by u, v and the blurs' logarithms. Unknown cells count as grey.
+    /// `by` is how fast `place` changes in the patch, `sigma` the blur there.
     #[inline(always)]
-    fn blurred(&self, along_u: &Axis, along_v: &Axis) -> [f32; 5] {
-        let mut sums = [0.0; 5];
-        for j in 0..along_v.count {
-            let row = &self.pattern[(along_v.first + j) * self.grid_width + along_u.first..][..along_u.count];
-            let (mut value, mut by_place, mut by_blur) = (0.0, 0.0, 0.0);
-            for (i, colour) in row.iter().enumerate() {
-                let colour = if colour.is_nan() { 0.5 } else { *colour };
-                value += colour * along_u.share[i];
-                by_place += colour * along_u.by_place[i];
-                by_blur += colour * along_u.by_blur[i];
+    fn steps<const WINDOW: usize>(
+        &self,
+        place: &Lanes,
+        first: &Lanes,
+        by: &[Lanes; 2],
+        sigma: f32,
+    ) -> Steps<WINDOW> {
+        let mut steps = Steps { share: [ZERO; WINDOW], by_place: [ZERO; WINDOW], by_blur: [ZERO; WINDOW] };
+        let (mut within, mut inverse) = (ZERO, ZERO);
+        for l in 0..BLOCK {
+            within[l] = place[l] - first[l];
+            inverse[l] = 1.0 / (sigma * (by[0][l] * by[0][l] + by[1][l] * by[1][l]).sqrt());
+        }
+        for k in 1..WINDOW {
+            for l in 0..BLOCK {
+                let z = (within[l] - k as f32) * inverse[l];
+                let (share, density) = normal(z);
+                steps.share[k][l] = share;
+                steps.by_place[k][l] = density * inverse[l];
+                steps.by_blur[k][l] = -z * density;
             }
-            sums[0] += value * along_v.share[j];
-            sums[1] += by_place * along_v.share[j];
-            sums[2] += value * along_v.by_place[j];
-            sums[3] += by_blur * along_v.share[j];
-            sums[4] += value * along_v.by_blur[j];
         }
-        sums
+        steps
     }
+
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "the compiler makes vectors of one index over many arrays")]
+    fn derive(&self, block: &Block, p: &Places, t: &Blurred, rows: &mut Rows) {
+        let g = &self.grey;
+        for l in 0..BLOCK {
+            let (x, y, depth) = (block.x[l], block.y[l], p.depth[l]);
+            let by_x = t.by_u[l] * p.u_by[0][l] + t.by_v[l] * p.v_by[0][l];
+            let by_y = t.by_u[l] * p.u_by[1][l] + t.by_v[l] * p.v_by[1][l];
+            let slope = (by_x * by_x + by_y * by_y).sqrt() * self.per_unit;
+            let gain = g[3] + g[4] * x + g[5] * y;
+            let predicted = g[0] + g[1] * x + g[2] * y + gain * (t.value[l] + self.bloom * slope);
+            let (by_u, by_v) = (gain * t.by_u[l] * depth, gain * t.by_v[l] * depth);
+            let by_depth = -(by_u * (p.u[l] - self.margin) + by_v * (p.v[l] - self.margin));
+            rows[MAP][l] = by_u * x;
+            rows[MAP + 1][l] = by_u * y;
+            rows[MAP + 2][l] = by_u;
+            rows[MAP + 3][l] = by_v * x;
+            rows[MAP + 4][l] = by_v * y;
+            rows[MAP + 5][l] = by_v;
+            rows[MAP + 6][l] = by_depth * x;
+            rows[MAP + 7][l] = by_depth * y;
+            rows[OFFSET][l] = 1.0;
+            rows[OFFSET + 1][l] = x;
+            rows[OFFSET + 2][l] = y;
+            rows[GAIN][l] = t.value[l];
+            rows[GAIN + 1][l] = t.value[l] * x;
+            rows[GAIN + 2][l] = t.value[l] * y;
+            rows[LOG_BLUR][l] = gain * t.by_blur_u[l];
+            rows[LOG_BLUR + 1][l] = gain * t.by_blur_v[l];
+            rows[BLOOM][l] = gain * slope;
+            rows[PARAMETERS][l] = block.grey[l] - predicted;
+        }
+    }
+}
+
+/// The pattern under the blur. Cells outside of the windows have the colours of the outermost ones inside.
+#[inline(always)]
+fn blurred<const WINDOW: usize>(block: &Block, along_u: &Steps<WINDOW>, along_v: &Steps<WINDOW>) -> Blurred {
+    let mut t = Blurred { value: ZERO, by_u: ZERO, by_v: ZERO, by_blur_u: ZERO, by_blur_v: ZERO };
+    let mut before = [ZERO; 3];
+    for j in 0..WINDOW {
+        let row = blurred_row::<WINDOW>(&block.rows[j], along_u);
+        if j == 0 {
+            (t.value, t.by_u, t.by_blur_u) = (row[0], row[1], row[2]);
+        } else {
+            let (share, by_place, by_blur) = (&along_v.share[j], &along_v.by_place[j], &along_v.by_blur[j]);
+            for l in 0..BLOCK {
+                let change = row[0][l] - before[0][l];
+                t.value[l] += change * share[l];
+                t.by_v[l] += change * by_place[l];
+                t.by_blur_v[l] += change * by_blur[l];
+                t.by_u[l] += (row[1][l] - before[1][l]) * share[l];
+                t.by_blur_u[l] += (row[2][l] - before[2][l]) * share[l];
+            }
+        }
+        before = row;
+    }
+    t
+}
+
+/// One row of cells under the blur along it, with the derivatives by place and by the blur's logarithm.
+#[inline(always)]
+fn blurred_row<const WINDOW: usize>(words: &[u32; BLOCK], along: &Steps<WINDOW>) -> [Lanes; 3] {
+    // Cells' colours are given as twice their brightness.
+    let colour = |word: u32, k: usize| (word >> (2 * k) & 3) as i32;
+    let [mut value, mut by_place, mut by_blur] = [ZERO; 3];
+    for l in 0..BLOCK {
+        value[l] = 0.5 * colour(words[l], 0) as f32;
+    }
+    for k in 1..WINDOW {
+        for l in 0..BLOCK {
+            let change = 0.5 * (colour(words[l], k) - colour(words[l], k - 1)) as f32;
+            value[l] += change * along.share[k][l];
+            by_place[l] += change * along.by_place[k][l];
+            by_blur[l] += change * along.by_blur[k][l];
+        }
+    }
+    [value, by_place, by_blur]
 }

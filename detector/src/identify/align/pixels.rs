@@ -1,138 +1,170 @@
-//! Which pixels of a tag say where it lies: those near an edge between a black and a white cell.
+//! The pixels that the model is compared with, side by side so that several are computed at once.
 
 use super::super::homography::Homography;
-use super::super::reader::Reader;
 use super::super::sample::Frame;
+use super::edges::{self, Place, Sieve, Stretch};
+use super::model::Model;
+use super::patch::Patch;
+use super::pattern::{MOST_CELLS, Pattern};
 
-/// Pixels within this distance of an edge carry its place.
-const EDGE_REACH: f64 = 2.0;
+/// Pixels of a block. All loops over a block have this length, which no vector length fails to divide.
+pub(super) const BLOCK: usize = 32;
+/// One number for each pixel of a block.
+pub(super) type Lanes = [f32; BLOCK];
+
 /// A pixel this near to a cell of unknown colour is not modelled.
 const UNKNOWN_REACH: f64 = 1.5;
-/// More pixels than this are thinned evenly: the corners hardly gain from more, and time grows with them.
-const MOST_PIXELS: usize = 1600;
-
-/// A pixel's place relative to the tag's middle, in units of the patch's scale, and its grey value.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pixel {
-    pub(super) x: f32,
-    pub(super) y: f32,
-    pub(super) grey: f32,
+/// Some pixels: places in units of the patch, grey values, and the cells around each.
+pub(super) struct Block {
+    pub(super) x: Lanes,
+    pub(super) y: Lanes,
+    pub(super) grey: Lanes,
+    /// 1, or 0 behind the last pixel of the last block.
+    pub(super) weight: Lanes,
+    /// The first cell of each pixel's window, counted as the pattern does.
+    pub(super) first_u: Lanes,
+    pub(super) first_v: Lanes,
+    /// The window's rows, as [`Pattern::word`] gives them.
+    pub(super) rows: [[u32; BLOCK]; MOST_CELLS],
 }
 
-/// Where a tag lies in the frame: coordinates relative to this keep all numbers near one.
-#[derive(Clone, Copy)]
-pub(super) struct Patch {
-    pub(super) middle: [f64; 2],
-    /// Pixels per unit: distance of the farthest corner from the middle.
-    pub(super) scale: f64,
-    corners: [[f64; 2]; 4],
+impl Block {
+    const EMPTY: Self = Self {
+        x: [0.0; BLOCK],
+        y: [0.0; BLOCK],
+        grey: [0.0; BLOCK],
+        weight: [0.0; BLOCK],
+        first_u: [0.0; BLOCK],
+        first_v: [0.0; BLOCK],
+        rows: [[0; BLOCK]; MOST_CELLS],
+    };
 }
 
-impl Patch {
-    pub(super) fn around(corners: &[[f64; 2]; 4]) -> Self {
-        let middle = [0, 1].map(|a| corners.iter().map(|corner| corner[a]).sum::<f64>() * 0.25);
-        let distance = |corner: &[f64; 2]| (corner[0] - middle[0]).hypot(corner[1] - middle[1]);
-        let scale = corners.iter().map(distance).fold(1.0, f64::max);
-        Self { middle, scale, corners: *corners }
-    }
-
-    /// First and last column and row that a print of `share` times the tag's size can reach, inside the frame.
-    fn bounds(&self, share: f64, size: [usize; 2]) -> [[usize; 2]; 2] {
-        [0, 1].map(|a| {
-            let reached = self.corners.map(|corner| self.middle[a] + share * (corner[a] - self.middle[a]));
-            let low = reached.iter().copied().fold(f64::MAX, f64::min).floor().max(0.0);
-            let high = reached.iter().copied().fold(f64::MIN, f64::max).ceil().max(0.0);
-            [low as usize, (high as usize).min(size[a])]
-        })
-    }
-
-    /// The corners of the tag that the map from patch units to cells describes.
-    pub(super) fn corners_of(&self, to_patch: &Homography, width: f64) -> [[f64; 2]; 4] {
-        [[0.0, 0.0], [width, 0.0], [width, width], [0.0, width]].map(|cell| {
-            let [x, y] = to_patch.project(cell);
-            [self.middle[0] + x * self.scale, self.middle[1] + y * self.scale]
-        })
-    }
+/// A tag, where it is thought to lie.
+pub(super) struct Laid<'a> {
+    pub(super) pattern: &'a Pattern,
+    pub(super) patch: &'a Patch,
+    pub(super) to_frame: &'a Homography,
+    /// As it starts.
+    pub(super) model: &'a Model,
+    /// Cells of a window along an axis.
+    pub(super) window: usize,
 }
 
-/// Collects the pixels of the tag that lie near an edge. `to_cells` maps frame pixels to cells.
-#[inline(always)]
-pub(super) fn choose(
-    frame: &Frame,
-    reader: &Reader,
-    pattern: &[f32],
-    patch: &Patch,
-    to_cells: &Homography,
-    pixels: &mut Vec<Pixel>,
-) {
-    pixels.clear();
-    let cells = Cells { reader, pattern };
-    let print = reader.grid_width as f64 / reader.width;
-    // A perspective print reaches further than its middle suggests.
-    let [columns, rows] = patch.bounds(1.25 * print, frame.size());
-    for row in rows[0]..rows[1] {
-        for column in columns[0]..columns[1] {
-            let at = [column as f64 + 0.5, row as f64 + 0.5];
-            if cells.has_edge_near(to_cells, at) {
-                let [x, y] = [0, 1].map(|a| ((at[a] - patch.middle[a]) / patch.scale) as f32);
-                pixels.push(Pixel { x, y, grey: f32::from(frame.pixel(column, row)) });
+/// Buffers of the choice.
+#[derive(Default)]
+pub(super) struct Pixels {
+    stretches: Vec<Stretch>,
+    sieve: Sieve,
+    places: Vec<Place>,
+    blocks: Vec<Block>,
+    count: usize,
+}
+
+impl Pixels {
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whole blocks; the last one is filled up with pixels of no weight.
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.blocks[..self.count.div_ceil(BLOCK)]
+    }
+
+    /// Collects the pixels of a tag.
+    #[inline(always)]
+    pub(super) fn choose(&mut self, frame: &Frame, laid: &Laid) {
+        let Self { stretches, sieve, places, blocks, count } = self;
+        *count = 0;
+        edges::find(laid.pattern, laid.to_frame, stretches);
+        edges::collect(frame, stretches, sieve, places);
+        for chunk in places.chunks(BLOCK) {
+            let near = laid.surroundings(chunk);
+            for (i, [column, row]) in chunk.iter().enumerate() {
+                let Some(first) = laid.window_at(&near, i) else { continue };
+                if *count % BLOCK == 0 {
+                    if blocks.len() == *count / BLOCK {
+                        blocks.push(Block::EMPTY);
+                    }
+                    blocks[*count / BLOCK].clear();
+                }
+                let grey = frame.pixel(*column as usize, *row as usize);
+                blocks[*count / BLOCK].set(*count % BLOCK, [near.x[i], near.y[i]], grey, laid, first);
+                *count += 1;
             }
         }
     }
-    thin(pixels);
 }
 
-/// Keeps `MOST_PIXELS` pixels, evenly spread over the list.
-fn thin(pixels: &mut Vec<Pixel>) {
-    let count = pixels.len();
-    if count > MOST_PIXELS {
-        for kept in 0..MOST_PIXELS {
-            pixels[kept] = pixels[kept * count / MOST_PIXELS];
-        }
-        pixels.truncate(MOST_PIXELS);
-    }
-}
-
-struct Cells<'a> {
-    reader: &'a Reader,
-    pattern: &'a [f32],
-}
-
-impl Cells<'_> {
-    /// Whether black and white, and nothing unknown, lie within reach of a pixel.
+impl Block {
+    /// Pixels in the middle of the patch, where every model is finite, and of no weight.
     #[inline(always)]
-    fn has_edge_near(&self, to_cells: &Homography, pixel: [f64; 2]) -> bool {
-        let margin = self.reader.grid_margin();
-        let [u, v] = to_cells.project(pixel).map(|cell| cell + margin);
-        let last = self.reader.grid_width as f64;
-        if !(u >= 1.0 && v >= 1.0 && u < last - 1.0 && v < last - 1.0) {
-            return false;
-        }
-        let [per_pixel_u, per_pixel_v] = to_cells.stretch(pixel);
-        let span = |reach: f64| {
-            [[u, per_pixel_u], [v, per_pixel_v]].map(|[c, per_pixel]| self.span(c, reach * per_pixel))
-        };
-        let [near_u, near_v] = span(EDGE_REACH);
-        let (mut black, mut white) = (false, false);
-        for y in near_v[0]..=near_v[1] {
-            for x in near_u[0]..=near_u[1] {
-                let colour = self.pattern[y * self.reader.grid_width + x];
-                black |= colour == 0.0;
-                white |= colour == 1.0;
-            }
-        }
-        black && white && self.is_known(span(UNKNOWN_REACH))
-    }
-
-    /// First and last cell within `reach` cells of a coordinate.
-    #[inline(always)]
-    fn span(&self, coordinate: f64, reach: f64) -> [usize; 2] {
-        let last = self.reader.grid_width - 1;
-        [(coordinate - reach).max(0.0) as usize, ((coordinate + reach) as usize).min(last)]
+    fn clear(&mut self) {
+        self.x = [0.0; BLOCK];
+        self.y = [0.0; BLOCK];
+        self.weight = [0.0; BLOCK];
     }
 
     #[inline(always)]
-    fn is_known(&self, [u, v]: [[usize; 2]; 2]) -> bool {
-        (v[0]..=v[1]).all(|y| (u[0]..=u[1]).all(|x| !self.pattern[y * self.reader.grid_width + x].is_nan()))
+    fn set(&mut self, lane: usize, [x, y]: [f32; 2], grey: u8, laid: &Laid, [u, v]: [usize; 2]) {
+        self.x[lane] = x;
+        self.y[lane] = y;
+        self.grey[lane] = f32::from(grey);
+        self.weight[lane] = 1.0;
+        self.first_u[lane] = u as f32;
+        self.first_v[lane] = v as f32;
+        for (j, row) in self.rows.iter_mut().enumerate().take(laid.window) {
+            row[lane] = laid.pattern.word(u, v + j);
+        }
+    }
+}
+
+/// Some pixels, where they lie among the cells, and how far around a cell of unknown colour would matter.
+struct Surroundings {
+    x: Lanes,
+    y: Lanes,
+    u: Lanes,
+    v: Lanes,
+    reach_u: Lanes,
+    reach_v: Lanes,
+}
+
+impl Laid<'_> {
+    #[inline(always)]
+    fn surroundings(&self, places: &[Place]) -> Surroundings {
+        let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (i, place) in places.iter().enumerate() {
+            [x[i], y[i]] = self.patch.place_of([f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5]);
+        }
+        let at = self.model.places(&x, &y);
+        let reach = (UNKNOWN_REACH / self.patch.scale) as f32;
+        let (mut reach_u, mut reach_v) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for l in 0..BLOCK {
+            let length = |by: &[Lanes; 2]| (by[0][l] * by[0][l] + by[1][l] * by[1][l]).sqrt();
+            reach_u[l] = reach * length(&at.u_by);
+            reach_v[l] = reach * length(&at.v_by);
+        }
+        Surroundings { x, y, u: at.u, v: at.v, reach_u, reach_v }
+    }
+
+    /// The first cell of the window around a pixel; `None` when a cell of unknown colour is too near.
+    #[inline(always)]
+    fn window_at(&self, near: &Surroundings, i: usize) -> Option<[usize; 2]> {
+        let (u, v, reach_u, reach_v) = (near.u[i], near.v[i], near.reach_u[i], near.reach_v[i]);
+        let before = self.window as f32 * 0.5 - 0.5;
+        // Nothing known lies this near to the rim.
+        let (low, high) = (before, self.pattern.width() as f32 - before - 1.0);
+        if !(u >= low
+            && v >= low
+            && u < high
+            && v < high
+            && reach_u < before.max(1.0)
+            && reach_v < before.max(1.0))
+        {
+            return None;
+        }
+        let from = [(u - reach_u) as usize, (v - reach_v) as usize];
+        let to = [(u + reach_u) as usize, (v + reach_v) as usize];
+        self.pattern.is_known(from, to).then_some([(u - before) as usize, (v - before) as usize])
     }
 }

@@ -3,11 +3,14 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::model::{BLOOM, EXPECTED_SIGMA, GAIN, LOG_BLUR, OFFSET, Parameters};
+use super::pixels::{BLOCK, Lanes};
 
 /// Parameters of the model.
 pub(super) const PARAMETERS: usize = 17;
-/// Derivatives a row, filled up with zeros to whole vectors.
-const LANES: usize = 24;
+/// Derivatives by all parameters, and the residuals behind them, of a block of pixels.
+pub(super) type Rows = [Lanes; PARAMETERS + 1];
+/// Sums are kept in so many parts, which are added up at the end, always in this order.
+const PARTS: usize = 8;
 
 /// Residuals beyond this many times the last root mean square count less.
 const HUBER: f32 = 3.0;
@@ -21,57 +24,79 @@ const LOG_BLUR_SD: f64 = 0.5;
 const SLOPE_SD: f64 = 10.0;
 const BLOOM_SD: f64 = 0.25;
 
-/// What one pixel adds.
-pub(super) struct Row {
-    pub(super) residual: f32,
-    pub(super) derivatives: [f32; LANES],
-}
-
-/// Sums of the products of all rows.
+/// Sums of the products of all columns.
 pub(super) struct NormalEquations {
-    products: [[f32; LANES]; PARAMETERS],
-    right: [f32; LANES],
-    squares: f64,
-    count: usize,
+    /// For each pair of columns, the second one not before the first.
+    products: [[[f32; PARTS]; PARAMETERS + 1]; PARAMETERS],
+    squares: [f32; PARTS],
+    weight: [f32; PARTS],
 }
 
 impl Default for NormalEquations {
     fn default() -> Self {
-        Self { products: [[0.0; LANES]; PARAMETERS], right: [0.0; LANES], squares: 0.0, count: 0 }
+        Self {
+            products: [[[0.0; PARTS]; PARAMETERS + 1]; PARAMETERS],
+            squares: [0.0; PARTS],
+            weight: [0.0; PARTS],
+        }
     }
 }
 
-impl NormalEquations {
-    /// Adds a row; `rms` is the root mean square residual of the step before.
-    #[inline(always)]
-    pub(super) fn add(&mut self, row: &Row, rms: f32) {
-        let limit = HUBER * rms.max(1.0);
-        let size = row.residual.abs();
-        let weight = if size > limit { limit / size } else { 1.0 };
-        self.squares += f64::from(row.residual) * f64::from(row.residual);
-        self.count += 1;
-        for (sums, derivative) in self.products.iter_mut().zip(&row.derivatives) {
-            let weighted = weight * derivative;
-            for (sum, other) in sums.iter_mut().zip(&row.derivatives) {
-                *sum += weighted * other;
-            }
+/// Adds the products of two columns to the parts of a sum.
+#[inline(always)]
+fn add_products(parts: &mut [f32; PARTS], a: &Lanes, b: &Lanes) {
+    let mut sum = *parts;
+    for chunk in 0..BLOCK / PARTS {
+        for l in 0..PARTS {
+            sum[l] += a[chunk * PARTS + l] * b[chunk * PARTS + l];
         }
-        let weighted = weight * row.residual;
-        for (sum, derivative) in self.right.iter_mut().zip(&row.derivatives) {
-            *sum += weighted * derivative;
+    }
+    *parts = sum;
+}
+
+fn total(parts: &[f32; PARTS]) -> f64 {
+    parts.iter().map(|part| f64::from(*part)).sum()
+}
+
+impl NormalEquations {
+    /// Adds a block; `weight` is what its pixels count, `rms` the root mean square residual of the step before.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "said in the loop")]
+    pub(super) fn add(&mut self, rows: &Rows, weight: &Lanes, rms: f32) {
+        let limit = HUBER * if rms > 1.0 { rms } else { 1.0 };
+        let residual = &rows[PARAMETERS];
+        let mut robust = [0.0; BLOCK];
+        let mut counted = [0.0; BLOCK];
+        for l in 0..BLOCK {
+            let size = residual[l].abs();
+            robust[l] = weight[l] * if size > limit { limit / size } else { 1.0 };
+            counted[l] = weight[l] * residual[l];
+        }
+        add_products(&mut self.squares, &counted, residual);
+        add_products(&mut self.weight, weight, weight);
+        for i in 0..PARAMETERS {
+            let mut weighted = [0.0; BLOCK];
+            for l in 0..BLOCK {
+                weighted[l] = robust[l] * rows[i][l];
+            }
+            // Not by iterators: these stay calls here, compiled without the level's instructions.
+            for j in i..=PARAMETERS {
+                add_products(&mut self.products[i][j], &weighted, &rows[j]);
+            }
         }
     }
 
     /// Root mean square residual of all rows; `None` when that is no number.
     pub(super) fn rms(&self) -> Option<f32> {
-        let rms = (self.squares / self.count.max(1) as f64).sqrt() as f32;
+        let rms = (total(&self.squares) / total(&self.weight).max(1.0)).sqrt() as f32;
         rms.is_finite().then_some(rms)
     }
 
     /// The Gauss-Newton step.
     pub(super) fn solve(&self, parameters: &Parameters, rms: f32) -> Option<[f64; PARAMETERS]> {
-        let mut left = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|i, j| f64::from(self.products[i][j]));
-        let mut right = SVector::<f64, PARAMETERS>::from_fn(|i, _| f64::from(self.right[i]));
+        let mut left =
+            SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|i, j| total(&self.products[i.min(j)][i.max(j)]));
+        let mut right = SVector::<f64, PARAMETERS>::from_fn(|i, _| total(&self.products[i][PARAMETERS]));
         for i in 0..PARAMETERS {
             left[(i, i)] = left[(i, i)] * (1.0 + DAMPING) + 1e-9;
         }

@@ -1,0 +1,92 @@
+//! The colours of a decoded tag's cells, ready to be looked up a window at a time.
+
+use super::super::reader::Reader;
+
+/// Most cells of a window along an axis.
+pub(super) const MOST_CELLS: usize = 8;
+/// Unknown cells around the grid, so that windows may reach beyond it.
+const RIM: usize = MOST_CELLS;
+
+/// Codes of a cell's colour: twice its brightness. Unknown cells count as grey.
+const BLACK: u8 = 0;
+const UNKNOWN: u8 = 1;
+const WHITE: u8 = 2;
+
+/// The cells of the scratch grid with a rim around them.
+#[derive(Default)]
+pub(super) struct Pattern {
+    cells: Vec<u8>,
+    /// For each cell, it and those to its right: two bits each, the cell itself lowest.
+    words: Vec<u32>,
+    /// Cells a row.
+    width: usize,
+    /// Cells before the border edge.
+    margin: f64,
+}
+
+impl Pattern {
+    /// Takes the colours of a tag with this code, as read.
+    #[inline(always)]
+    pub(super) fn paint(&mut self, reader: &Reader, code: u64) {
+        self.width = reader.grid_width + 2 * RIM;
+        self.margin = reader.grid_margin() + RIM as f64;
+        self.cells.clear();
+        self.cells.resize(self.width * self.width, UNKNOWN);
+        let place =
+            |place: usize| (place / reader.grid_width + RIM) * self.width + place % reader.grid_width + RIM;
+        for cell in &reader.known {
+            self.cells[place(cell.place)] = if cell.white { WHITE } else { BLACK };
+        }
+        for (i, cell) in reader.data.iter().enumerate() {
+            let bit = code >> (reader.data.len() - 1 - i) & 1;
+            self.cells[place(cell.place)] = if bit == 1 { WHITE } else { BLACK };
+        }
+        self.pack();
+    }
+
+    /// Fills `words`. Each row goes on into the next one, which only cells of the rim see.
+    #[inline(always)]
+    fn pack(&mut self) {
+        self.words.clear();
+        self.words.resize(self.cells.len(), 0);
+        let mut word = 0;
+        for (cell, slot) in self.cells.iter().zip(&mut self.words).rev() {
+            word = (word << 2 | u32::from(*cell)) & ((1 << (2 * MOST_CELLS)) - 1);
+            *slot = word;
+        }
+    }
+
+    /// Cells a row and a column.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// What has to be added to a coordinate counted from the border edge.
+    pub(super) fn margin(&self) -> f64 {
+        self.margin
+    }
+
+    /// A cell and those to its right.
+    #[inline(always)]
+    pub(super) fn word(&self, x: usize, y: usize) -> u32 {
+        self.words[y * self.width + x]
+    }
+
+    /// Whether one of two cells is black and the other white.
+    #[inline(always)]
+    pub(super) fn is_edge(&self, a: [usize; 2], b: [usize; 2]) -> bool {
+        let at = |[x, y]: [usize; 2]| self.cells[y * self.width + x];
+        at(a).abs_diff(at(b)) == WHITE - BLACK
+    }
+
+    /// Whether the colours of all cells from one to another, at most `MOST_CELLS` further right, are known.
+    #[inline(always)]
+    pub(super) fn is_known(&self, [x0, y0]: [usize; 2], [x1, y1]: [usize; 2]) -> bool {
+        let unknown = (0x5555 & ((1u32 << (2 * (x1 - x0 + 1))) - 1)) * u32::from(UNKNOWN);
+        let mut seen = 0;
+        for y in y0..=y1 {
+            seen |= self.word(x0, y);
+        }
+        seen & unknown == 0
+    }
+}
