@@ -30,6 +30,10 @@ pub(crate) enum Command {
     Cpu(CpuArguments),
     /// How exact corners are on rendered tags, for each kind of refinement.
     Corners(CornersArguments),
+    /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
+    Hostile(HostileArguments),
+    /// From how near to how far the nested tag of the paper's Figure 1 is found, and which of its tags.
+    Recursive(RecursiveArguments),
     /// Frames of a data set with exact truth, as files or as a list.
     Render(RenderArguments),
     /// Every configuration of every detector on a data set: recall, wrong ids, corner errors, CPU time.
@@ -133,6 +137,41 @@ pub(crate) struct SweepArguments {
     #[arg(long)]
     pub(crate) pictures: Option<PathBuf>,
     /// Folder for the page, the figures as CSV and the plots.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct HostileArguments {
+    /// Folder of natural pictures without tags; their middle parts are brought to the size of the frames.
+    #[arg(long)]
+    pub(crate) pictures: PathBuf,
+    /// Decimation factors.
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    pub(crate) decimate: Vec<f64>,
+    /// Rounds after one warm-up; in each round every detector searches the frame once.
+    #[arg(long, default_value_t = 5)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct RecursiveArguments {
+    /// Decimation factors, one line of the table each.
+    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2")]
+    pub(crate) decimate: Vec<f64>,
+    /// Frames of every distance.
+    #[arg(long, default_value_t = 10)]
+    pub(crate) seeds: u64,
+    /// Another seed gives other frames.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder for the page, the figures as CSV and the plot.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }

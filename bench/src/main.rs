@@ -5,16 +5,22 @@ mod arguments;
 mod clock;
 mod compare;
 mod corners;
+mod hostile;
 mod machine;
+mod memory;
 mod peers;
 mod record;
+mod recursive;
 mod sets;
 mod sweep;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use arguments::{Arguments, Command, CornersArguments, CpuArguments, RenderArguments, SweepArguments};
+use arguments::{
+    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, RecursiveArguments,
+    RenderArguments, SweepArguments,
+};
 use clap::Parser as _;
 use tagbus_family::Family;
 
@@ -24,6 +30,8 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Corners(arguments) => corners(&arguments),
+        Command::Hostile(arguments) => hostile(&arguments),
+        Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
         Command::Sweep(arguments) => sweep(&arguments),
     };
@@ -67,6 +75,41 @@ fn corners(arguments: &CornersArguments) -> Result<(), Failure> {
         record::write_page(path, "Corner errors on rendered tags", &how, &table)?;
     }
     Ok(())
+}
+
+fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
+    machine::pin_to(arguments.core)?;
+    let HostileArguments { pictures, decimate, rounds, record, .. } = arguments;
+    let plan = hostile::Plan { pictures: pictures.clone(), factors: decimate.clone(), rounds: *rounds };
+    let page = hostile::page(&hostile::run(&plan)?);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let how = format!(
+        "noise, checkerboards and stripes (grey levels 35 and 215) against natural pictures, whose middle part is scaled to \
+         the same size (Catmull-Rom); CPU time, {rounds} rounds after one warm-up, detectors take turns on each frame, one \
+         thread pinned to one core; memory is the most that a fresh detector allocates for the frame"
+    );
+    Ok(record::write_page(&folder.join("hostile.md"), "Frames made to cost", &how, &page)?)
+}
+
+fn recursive(arguments: &RecursiveArguments) -> Result<(), Failure> {
+    let RecursiveArguments { decimate, seeds, seed, record } = arguments;
+    let lines = recursive::run(&recursive::Plan { factors: decimate.clone(), seeds: *seeds, seed: *seed })?;
+    let page = recursive::page(&lines);
+    print!("{page}\n{}", recursive::verdict(&lines));
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    recursive::figure(&lines, &folder.join("recursive.svg"))?;
+    std::fs::write(folder.join("recursive.csv"), recursive::csv(&lines))?;
+    let how = format!(
+        "three nested tagCustom48h12, printed 90.2, 18.04 and 3.608 cm wide, 640x480 pixels over 62.2 degrees; a room full \
+         of structure around the print, blur sigma 0.6 px, noise sigma 2.5, vignetting 0.25; {seeds} frames of every \
+         distance with noise, ids, rotation, tilt up to 5 degrees and place (within 40 px of the middle) of their own, \
+         seed {seed}"
+    );
+    let page = format!("[Found against distance](recursive.svg)\n\n{page}");
+    Ok(record::write_page(&folder.join("recursive.md"), "The nested tag of Figure 1", &how, &page)?)
 }
 
 fn render(arguments: &RenderArguments) -> Result<(), Failure> {

@@ -9,8 +9,7 @@ use super::{Hit, Peer};
 
 pub(super) struct AprilTagC {
     detector: *mut c::apriltag_detector_t,
-    family: *mut c::apriltag_family_t,
-    destroy: Destroy,
+    families: Vec<Owned>,
     factor: f64,
     contrast: i32,
 }
@@ -18,35 +17,53 @@ pub(super) struct AprilTagC {
 type Create = unsafe extern "C" fn() -> *mut c::apriltag_family_t;
 type Destroy = unsafe extern "C" fn(*mut c::apriltag_family_t);
 
-fn constructors(family: &str) -> Result<(Create, Destroy), String> {
-    match family {
-        "tag36h11" => Ok((c::tag36h11_create, c::tag36h11_destroy)),
-        "tagStandard41h12" => Ok((c::tagStandard41h12_create, c::tagStandard41h12_destroy)),
-        other => Err(format!("{other} is not compared with the C library: use tag36h11 or tagStandard41h12")),
-    }
+/// A family and what gives it back.
+struct Owned {
+    family: *mut c::apriltag_family_t,
+    destroy: Destroy,
 }
 
-/// Corrected bits, the same as ours for these families.
-const CORRECTED_BITS: i32 = 2;
+/// A family's constructor and destructor, and how many bits are corrected: as many as ours.
+fn constructors(family: &str) -> Result<(Create, Destroy, i32), String> {
+    match family {
+        "tag36h11" => Ok((c::tag36h11_create, c::tag36h11_destroy, 2)),
+        "tagStandard41h12" => Ok((c::tagStandard41h12_create, c::tagStandard41h12_destroy, 2)),
+        "tagCustom48h12" => Ok((c::tagCustom48h12_create, c::tagCustom48h12_destroy, 1)),
+        other => Err(format!(
+            "{other} is not compared with the C library: use tag36h11, tagStandard41h12 or tagCustom48h12"
+        )),
+    }
+}
 
 /// The library's own limit of contrast within a tile (`qtp.min_white_black_diff`), grey levels.
 pub(super) const DEFAULT_CONTRAST: i32 = 5;
 
 impl AprilTagC {
-    pub(super) fn new(family: &str, factor: f64, contrast: i32) -> Result<Self, String> {
-        let (create, destroy) = constructors(family)?;
-        // SAFETY: takes nothing and gives a new object.
-        let family = unsafe { create() };
+    /// Families are separated by `+`.
+    pub(super) fn new(families: &str, factor: f64, contrast: i32) -> Result<Self, String> {
         // SAFETY: takes nothing and gives a new object.
         let detector = unsafe { c::apriltag_detector_create() };
-        // SAFETY: both objects were just made and live until `drop`.
-        unsafe { c::apriltag_detector_add_family_bits(detector, family, CORRECTED_BITS) };
+        // From here on `drop` cleans up.
+        let mut this = Self { detector, families: Vec::new(), factor, contrast };
+        for name in families.split('+') {
+            this.add(name)?;
+        }
         // SAFETY: the detector was just made and nobody else has it.
         let settings = unsafe { &mut *detector };
         settings.nthreads = 1;
         settings.quad_decimate = factor as f32;
         settings.qtp.min_white_black_diff = contrast;
-        Ok(Self { detector, family, destroy, factor, contrast })
+        Ok(this)
+    }
+
+    fn add(&mut self, name: &str) -> Result<(), String> {
+        let (create, destroy, corrected_bits) = constructors(name)?;
+        // SAFETY: takes nothing and gives a new object.
+        let family = unsafe { create() };
+        self.families.push(Owned { family, destroy });
+        // SAFETY: the detector lives until `drop`, and the family as long.
+        unsafe { c::apriltag_detector_add_family_bits(self.detector, family, corrected_bits) };
+        Ok(())
     }
 }
 
@@ -99,9 +116,11 @@ fn hit(detection: *const c::apriltag_detection_t) -> Hit {
 
 impl Drop for AprilTagC {
     fn drop(&mut self) {
-        // SAFETY: made in `new`, destroyed once, before the family that it uses.
+        // SAFETY: made in `new`, destroyed once, before the families that it uses.
         unsafe { c::apriltag_detector_destroy(self.detector) };
-        // SAFETY: made in `new` by the constructor that belongs to this destructor, destroyed once.
-        unsafe { (self.destroy)(self.family) };
+        for Owned { family, destroy } in &self.families {
+            // SAFETY: made in `add` by the constructor that belongs to this destructor, destroyed once.
+            unsafe { destroy(*family) };
+        }
     }
 }

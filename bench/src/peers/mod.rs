@@ -44,9 +44,15 @@ pub(crate) trait Peer {
     }
 }
 
-/// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first.
+/// Our detector with its defaults but for decimation.
+pub(crate) fn ours(families: &str, factor: f64) -> Result<Box<dyn Peer>, Failure> {
+    Ok(Box::new(ours::Ours::new(families, factor, Refinement::Edges)?))
+}
+
+/// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first. Several
+/// families are separated by `+`.
 pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Failure> {
-    let mut peers: Vec<Box<dyn Peer>> = vec![Box::new(ours::Ours::new(family, factor, Refinement::Edges)?)];
+    let mut peers: Vec<Box<dyn Peer>> = vec![ours(family, factor)?];
     #[cfg(feature = "peers")]
     peers.push(Box::new(apriltag_c::AprilTagC::new(family, factor, apriltag_c::DEFAULT_CONTRAST)?));
     peers.shrink_to_fit();

@@ -12,10 +12,12 @@ pub(super) struct Ours {
 }
 
 impl Ours {
-    pub(super) fn new(family: &str, factor: f64, refinement: Refinement) -> Result<Self, Failure> {
+    /// Families are separated by `+`.
+    pub(super) fn new(families: &str, factor: f64, refinement: Refinement) -> Result<Self, Failure> {
+        let families: Result<Vec<Family>, _> = families.split('+').map(Family::published).collect();
         let settings =
             Settings { decimation: Decimation::from_factor(factor)?, refinement, ..Settings::default() };
-        Ok(Self { detector: Detector::new(&[Family::published(family)?], &settings)?, settings })
+        Ok(Self { detector: Detector::new(&families?, &settings)?, settings })
     }
 }
 

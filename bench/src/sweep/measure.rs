@@ -41,7 +41,7 @@ pub(crate) struct Times {
 }
 
 impl Times {
-    fn of(mut rounds_us: Vec<f64>) -> Times {
+    pub(crate) fn of(mut rounds_us: Vec<f64>) -> Times {
         rounds_us.sort_by(f64::total_cmp);
         let at = |index: usize| rounds_us.get(index).copied().unwrap_or(0.0);
         Times { min_us: at(0), median_us: at(rounds_us.len() / 2) }
@@ -70,7 +70,7 @@ pub(crate) fn run(renderer: &Renderer, plan: &Plan) -> Result<Vec<Line>, Failure
 }
 
 /// In each round every detector takes one turn, so that what else the machine does hits all alike.
-pub(super) fn measure(
+pub(crate) fn measure(
     peers: &mut [Box<dyn Peer>],
     picture: &Picture,
     rounds: usize,
@@ -102,7 +102,7 @@ pub(super) fn empty_line(family: &str, peer: &dyn Peer) -> Line {
 
 /// A bar on a terminal, and nothing elsewhere. It draws only when it is told to: no thread of its own that would be
 /// measured with the detectors.
-pub(super) fn bar(count: usize, title: &str) -> ProgressBar {
+pub(crate) fn bar(count: usize, title: &str) -> ProgressBar {
     let bar = ProgressBar::new(count as u64).with_message(title.to_owned());
     match ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
         Ok(style) => bar.with_style(style),

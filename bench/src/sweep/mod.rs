@@ -2,12 +2,13 @@
 
 mod measure;
 mod natural;
-mod plot;
+pub(crate) mod plot;
 mod score;
 mod significance;
 mod table;
 
-pub(crate) use measure::{Line, Plan, run};
-pub(crate) use natural::sweep as sweep_natural;
+pub(crate) use measure::{Line, Plan, Times, bar, measure, run};
+pub(crate) use natural::{load_scaled, sweep as sweep_natural};
 pub(crate) use plot::{figure_7, figure_8};
+pub(crate) use score::score;
 pub(crate) use table::{csv, page};

@@ -33,7 +33,7 @@ pub(crate) fn sweep(folder: &Path, family: &str, plan: &Plan) -> Result<String, 
     let bar = bar(paths.len(), "natural");
     for path in &paths {
         let picture = load_grey(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let scaled = scaled(&picture).ok_or_else(|| format!("{} is damaged", path.display()))?;
+        let scaled = scaled(&picture, FRAME).ok_or_else(|| format!("{} is damaged", path.display()))?;
         for (size, picture) in [picture, scaled].iter().enumerate() {
             for (totals, (hits, times)) in totals.iter_mut().zip(measure(&mut peers, picture, plan.rounds)?) {
                 totals[size].hits += hits.len();
@@ -75,6 +75,15 @@ impl Totals {
     }
 }
 
+/// All pictures of a folder, their middle parts brought to one size.
+pub(crate) fn load_scaled(folder: &Path, size: [u32; 2]) -> Result<Vec<Picture>, Failure> {
+    let load = |path: PathBuf| {
+        let picture = load_grey(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(scaled(&picture, size).ok_or_else(|| format!("{} is damaged", path.display()))?)
+    };
+    pictures_in(folder)?.into_iter().map(load).collect()
+}
+
 /// Pictures by name, in a fixed order.
 fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let is_picture = |path: &PathBuf| {
@@ -90,12 +99,12 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(paths)
 }
 
-/// The middle part that has the paper's proportions, brought to the paper's size (Catmull-Rom, which keeps edges sharp
-/// without ringing over several pixels). `None` when the grey levels do not fill the size.
-fn scaled(picture: &Picture) -> Option<Picture> {
+/// The middle part that has the proportions of `size`, brought to that size (Catmull-Rom, which keeps edges sharp
+/// without ringing over several pixels). `None` when the grey levels do not fill the picture's own size.
+fn scaled(picture: &Picture, size: [u32; 2]) -> Option<Picture> {
     let grey = GrayImage::from_raw(picture.width as u32, picture.height as u32, picture.luma.clone())?;
-    let scaled = DynamicImage::from(grey).resize_to_fill(FRAME[0], FRAME[1], FilterType::CatmullRom);
-    let [width, height] = FRAME.map(|side| side as usize);
+    let scaled = DynamicImage::from(grey).resize_to_fill(size[0], size[1], FilterType::CatmullRom);
+    let [width, height] = size.map(|side| side as usize);
     Some(Picture { width, height, luma: scaled.into_luma8().into_raw() })
 }
 
@@ -107,7 +116,7 @@ mod tests {
     fn every_picture_is_brought_to_the_papers_size() {
         for [width, height] in [[320, 480], [2000, 1000], [7, 5]] {
             let picture = Picture { width, height, luma: vec![90; width * height] };
-            let scaled = scaled(&picture).unwrap();
+            let scaled = scaled(&picture, FRAME).unwrap();
             assert_eq!((scaled.width, scaled.height), (1296, 964));
             assert!(scaled.luma.iter().all(|level| *level == 90));
         }

@@ -13,13 +13,13 @@ type Failure = Box<dyn std::error::Error>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// A named curve.
-struct Series {
-    name: String,
-    points: Vec<(f64, f64)>,
+pub(crate) struct Series {
+    pub(crate) name: String,
+    pub(crate) points: Vec<(f64, f64)>,
 }
 
 /// Size of a figure in pixels.
-const SIZE: (u32, u32) = (1100, 640);
+pub(crate) const SIZE: (u32, u32) = (1100, 640);
 
 /// Speed against recall of the lines of one family, one curve for every detector and its settings, decimation changing along it.
 pub(crate) fn figure_7(lines: &[Line], title: &str, path: &Path) -> Result<(), Failure> {
@@ -95,13 +95,14 @@ fn recall_against_distance(line: &Line, tilt_deg: u32) -> Series {
 }
 
 /// What is written around the curves, and where the kind of figure leaves room for the legend.
-struct Words<'a> {
-    title: &'a str,
-    axes: [&'a str; 2],
-    legend: SeriesLabelPosition,
+pub(crate) struct Words<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) axes: [&'a str; 2],
+    pub(crate) legend: SeriesLabelPosition,
 }
 
-fn draw<'a, X>(area: &Area<'a>, words: &Words, span: X, series: &[Series]) -> Result<(), Failure>
+/// Axes, curves and legend.
+pub(crate) fn draw<'a, X>(area: &Area<'a>, words: &Words, span: X, series: &[Series]) -> Result<(), Failure>
 where
     X: AsRangedCoord<Value = f64> + 'a,
     X::CoordDescType: ValueFormatter<f64>,

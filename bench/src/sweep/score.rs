@@ -22,7 +22,8 @@ pub(crate) struct Score {
 /// another thing, what is nearer counts with its full error.
 const REACH_IN_SIDES: f64 = 0.5;
 
-pub(super) fn score(hits: &[Hit], truth: &[TrueTag]) -> Score {
+/// Matches hits with tags, each with one other at most.
+pub(crate) fn score(hits: &[Hit], truth: &[TrueTag]) -> Score {
     let mut score = Score { tags: truth.len() as u32, ..Score::default() };
     let mut open: Vec<&TrueTag> = truth.iter().collect();
     for hit in hits {
