@@ -60,6 +60,16 @@ impl<'a> Sampled<'a> {
     }
 }
 
+impl Sampled<'_> {
+    /// A value, the one on its right, and the two below these.
+    #[inline(always)]
+    pub(crate) fn square(&self, x: usize, y: usize) -> [u8; 4] {
+        let (right, below) = (self.step, self.row_stride);
+        let square = &self.bytes[y * self.row_stride + x * self.step..][..below + right + 1];
+        [square[0], square[right], square[below], square[below + right]]
+    }
+}
+
 impl Raster for Sampled<'_> {
     const ARE_AVERAGES: bool = false;
 

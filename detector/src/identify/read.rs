@@ -17,8 +17,11 @@ use crate::settings::{Refinement, Settings};
 const REFINE_SCORE: f32 = 1.5;
 const DECODE_SCORE: f32 = 2.0;
 
-/// Bits that refining the corners may put right, beyond those that are corrected: at full resolution and decimated.
-const BITS_TO_GAIN: (u32, u32) = (4, 8);
+/// Bits that refining the corners may put right, beyond those that are corrected. Of natural quads with the right border a
+/// tenth come so near to some tag of 41h12.
+const BITS_TO_GAIN: u32 = 6;
+/// Bits that may be wrong where corners come from a decimated search, before anything is refined.
+const BITS_TO_GAIN_DECIMATED: u32 = 8;
 
 /// A quad that was read as a tag.
 pub(super) struct Reading {
@@ -57,6 +60,12 @@ fn surer<'r>(a: Option<Tag<'r>>, b: Option<Tag<'r>>) -> Option<Tag<'r>> {
 /// A reading that random bits give more rarely than this needs no second opinion: all of 36h11, 41h12 and larger
 /// families; of smaller ones only those without corrected bits, and none of 16h5.
 const SURE_CHANCE: f64 = 1e-4;
+
+/// Whether better corners may make a tag of these bits.
+#[inline(always)]
+fn is_near_a_tag(reader: &Reader, bits: &Bits) -> bool {
+    reader.bits_from_nearest(bits.code) <= reader.index.hamming() + BITS_TO_GAIN
+}
 
 /// What a quad's corners gave.
 enum First {
@@ -108,10 +117,12 @@ impl Attempt<'_> {
         best: Option<Tag<'r>>,
     ) -> Option<Tag<'r>> {
         let unread = std::mem::take(&mut self.scratch.unread);
-        let surest = unread.iter().fold(best, |best, place| {
+        // A loop, since a closure would be compiled without the level's instructions.
+        let mut surest = best;
+        for place in &unread {
             let reader = &readers[*place];
-            surer(best, self.finish(reader, quad, None).map(|reading| Tag { reader, reading }))
-        });
+            surest = surer(surest, self.finish(reader, quad, None).map(|reading| Tag { reader, reading }));
+        }
         self.scratch.unread = unread;
         surest
     }
@@ -141,14 +152,16 @@ impl Attempt<'_> {
             return First::Unread;
         }
         let Some(bits) = self.bits_at(reader, &quad.corners, &border) else { return First::Hopeless };
-        let decimated = self.settings.decimation.factor() > 1.0;
-        let to_gain = if decimated { BITS_TO_GAIN.1 } else { BITS_TO_GAIN.0 };
+        let is_decimated = self.settings.decimation.factor() > 1.0;
+        let to_gain = if is_decimated { BITS_TO_GAIN_DECIMATED } else { BITS_TO_GAIN };
         if !reader.may_hold(bits.code, reader.index.hamming() + to_gain) {
             return First::Hopeless;
         }
         match bits.look_up(reader) {
             Some(found) => First::Tag(Reading { corners: quad.corners, found, bits, border }),
-            None => First::Unread,
+            // The corners of a decimated search may be so far off that the bits say nothing yet.
+            None if is_decimated || is_near_a_tag(reader, &bits) => First::Unread,
+            None => First::Hopeless,
         }
     }
 
@@ -156,7 +169,11 @@ impl Attempt<'_> {
     /// refinement goes astray; decoding after it finds those whose corners were cut off.
     #[inline(always)]
     fn refined(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Reading> {
-        let effort = Effort::to_read(self.settings.decimation.factor());
+        let factor = self.settings.decimation.factor();
+        if raw.is_none() && !self.is_promising(reader, quad, factor) {
+            return None;
+        }
+        let effort = Effort::to_read(factor);
         let Some(corners) = refine::refine(self.frame, reader, &quad.corners, &effort) else {
             return raw;
         };
@@ -177,6 +194,18 @@ impl Attempt<'_> {
             best.corners = refine::refine(self.frame, reader, &corners, &effort).unwrap_or(corners);
         }
         Some(best)
+    }
+
+    /// Whether a quad that was not read comes near to a tag once its corners are roughly refined: what most quads cost that are
+    /// no tags.
+    #[inline(always)]
+    fn is_promising(&mut self, reader: &Reader, quad: &Quad, factor: f64) -> bool {
+        let Some(corners) = refine::refine(self.frame, reader, &quad.corners, &Effort::to_try(factor)) else {
+            return false;
+        };
+        let Some(border) = border::measure(self.frame, reader, &corners) else { return false };
+        border.score >= REFINE_SCORE
+            && self.bits_at(reader, &corners, &border).is_some_and(|bits| is_near_a_tag(reader, &bits))
     }
 
     /// The reading with its corners where the whole tag fits best, if that gives the same tag again.

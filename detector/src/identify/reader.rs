@@ -2,6 +2,9 @@
 
 use tagbus_family::{Border, Cell, Family, Found, Index};
 
+/// Families with more codes are not searched code by code.
+const MOST_CODES_COUNTED: usize = 4096;
+
 /// A family made ready for reading. Cells are counted from the top-left corner of the border edge: cell (x, y) has its
 /// centre at (x + 0.5, y + 0.5) and the border edge is the square from (0, 0) to (width, width).
 pub(crate) struct Reader {
@@ -99,6 +102,27 @@ impl Reader {
         let white = code.count_ones();
         let [fewest, most] = self.white_bits;
         white + errors >= fewest && white <= most + errors
+    }
+
+    /// Bits in which `code` differs from the nearest tag, whatever way that is turned. 0 for large families, where counting
+    /// would cost more than it saves.
+    #[inline(always)]
+    pub(crate) fn bits_from_nearest(&self, code: u64) -> u32 {
+        let codes = self.known_tags.codes();
+        if codes.len() > MOST_CODES_COUNTED {
+            return 0;
+        }
+        let mut turned = [code; 4];
+        for k in 1..4 {
+            turned[k] = self.known_tags.layout().rotate90(turned[k - 1]);
+        }
+        let mut least = u64::BITS;
+        for known in codes {
+            for word in turned {
+                least = least.min((known ^ word).count_ones());
+            }
+        }
+        least
     }
 
     /// The code of a tag, turned as it was read.

@@ -5,7 +5,7 @@
 
 use super::homography::Homography;
 use super::reader::Reader;
-use super::sample::Frame;
+use super::sample::{Frame, LANES};
 use tagbus_family::Border;
 
 /// The window across the edge: this share of a cell, at most this many pixels of the search grid, never less than the last.
@@ -47,6 +47,11 @@ pub(crate) struct Effort {
 }
 
 impl Effort {
+    /// Enough to see whether more is worth while.
+    pub(crate) fn to_try(factor: f64) -> Self {
+        Self { profiles: LEAST_PROFILES, rounds: 1, factor }
+    }
+
     /// Enough to read the bits, for corners from a search grid of this factor.
     pub(crate) fn to_read(factor: f64) -> Self {
         Self { profiles: 24, rounds: if factor > 1.0 { 3 } else { 2 }, factor }
@@ -154,13 +159,21 @@ fn refine_side(
     let end = (0.5 * side.cell).min(0.12 * side.length).min(END) / side.length;
     let mut points = [[0.0f64; 2]; MOST_PROFILES];
     let mut found = 0;
-    for i in 0..count {
-        let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
-        let foot = along(side.from, side.to, t);
-        if let Some(shift) = crossing(frame, &side, foot, window) {
-            points[found] = beside(foot, side.outwards, shift);
-            found += 1;
+    let mut first = 0;
+    while first < count {
+        let mut feet = [[f64::NAN; 2]; LANES];
+        for (i, foot) in (first..count).zip(&mut feet) {
+            let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
+            *foot = along(side.from, side.to, t);
         }
+        let shifts = crossings(frame, &side, &feet, window);
+        for (foot, shift) in feet.iter().zip(shifts) {
+            if shift.is_finite() {
+                points[found] = beside(*foot, side.outwards, f64::from(shift));
+                found += 1;
+            }
+        }
+        first += LANES;
     }
     (found >= 4).then(|| robust_line(&points[..found]))
 }
@@ -206,39 +219,70 @@ fn measure_side(
     Some(Side { from, to, outwards, length, cell: cell / cells as f64, half_way, sign })
 }
 
-/// How far outwards of `foot` the grey value rises (or, for a reversed border, falls) through half-way; the nearest such
-/// place within the window.
+/// How far outwards of each foot the grey value rises (or, for a reversed border, falls) through half-way; the nearest such
+/// place within the window. NaN where there is none, and for a foot whose window leaves the frame.
 #[inline(always)]
-fn crossing(frame: &Frame, side: &Side, foot: [f64; 2], window: f64) -> Option<f64> {
+fn crossings(frame: &Frame, side: &Side, feet: &[[f64; 2]; LANES], window: f64) -> [f32; LANES] {
     let half = ((window / STEP).ceil() as usize).min(MOST_ACROSS / 2);
     let step = window / half as f64;
-    let (first, last) = (beside(foot, side.outwards, -window), beside(foot, side.outwards, window));
-    if !frame.contains(first) || !frame.contains(last) {
-        return None;
+    let (mut x, mut y, mut is_open) = ([0.0f32; LANES], [0.0f32; LANES], [false; LANES]);
+    for i in 0..LANES {
+        let (first, last) = (beside(feet[i], side.outwards, -window), beside(feet[i], side.outwards, window));
+        (x[i], y[i]) = (feet[i][0] as f32, feet[i][1] as f32);
+        is_open[i] = frame.contains(first) && frame.contains(last);
     }
-    let (x, y) = (first[0] as f32, first[1] as f32);
+    let mut shifts = [f32::NAN; LANES];
+    if !is_open.contains(&true) {
+        return shifts;
+    }
     let (dx, dy) = ((side.outwards[0] * step) as f32, (side.outwards[1] * step) as f32);
-    let level = |i: usize| {
-        let value = frame.inside(x + i as f32 * dx, y + i as f32 * dy);
-        (value - side.half_way) * side.sign
-    };
+    let mut outer = levels(frame, side, &x, &y, [0.0, 0.0]);
+    let mut inner = outer;
     // From the middle outwards, since the nearest crossing is wanted.
-    let (mut outer, mut inner) = (level(half), level(half));
     for k in 1..=half {
-        let (next_outer, next_inner) = (level(half + k), level(half - k));
-        let outwards =
-            (outer <= 0.0 && next_outer > 0.0).then(|| k as f32 - next_outer / (next_outer - outer));
-        let inwards =
-            (next_inner <= 0.0 && inner > 0.0).then(|| k as f32 - next_inner / (next_inner - inner));
-        match (outwards, inwards) {
-            (Some(out), Some(within)) if within < out => return Some(-f64::from(within) * step),
-            (Some(out), _) => return Some(f64::from(out) * step),
-            (None, Some(within)) => return Some(-f64::from(within) * step),
-            (None, None) => {}
+        let k = k as f32;
+        let next_outer = levels(frame, side, &x, &y, [k * dx, k * dy]);
+        let next_inner = levels(frame, side, &x, &y, [-k * dx, -k * dy]);
+        let mut any_open = false;
+        for i in 0..LANES {
+            let (out, within) =
+                (next_outer[i] / (next_outer[i] - outer[i]), next_inner[i] / (next_inner[i] - inner[i]));
+            let outwards = if outer[i] <= 0.0 && next_outer[i] > 0.0 { k - out } else { f32::MAX };
+            let inwards = if next_inner[i] <= 0.0 && inner[i] > 0.0 { k - within } else { f32::MAX };
+            let nearest = if inwards < outwards { -inwards } else { outwards };
+            if is_open[i] && outwards.min(inwards) < f32::MAX {
+                shifts[i] = nearest * step as f32;
+                is_open[i] = false;
+            }
+            any_open |= is_open[i];
+        }
+        if !any_open {
+            break;
         }
         (outer, inner) = (next_outer, next_inner);
     }
-    None
+    shifts
+}
+
+/// How far the grey values at points, all moved alike, lie beyond half-way: positive outside of the tag's edge.
+#[inline(always)]
+fn levels(
+    frame: &Frame,
+    side: &Side,
+    x: &[f32; LANES],
+    y: &[f32; LANES],
+    [dx, dy]: [f32; 2],
+) -> [f32; LANES] {
+    let (mut moved_x, mut moved_y) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        moved_x[i] = x[i] + dx;
+        moved_y[i] = y[i] + dy;
+    }
+    let mut values = frame.near_all(&moved_x, &moved_y);
+    for value in &mut values {
+        *value = (*value - side.half_way) * side.sign;
+    }
+    values
 }
 
 /// The point `share` of the way from one point to another.
