@@ -2,6 +2,7 @@
 
 use super::Plane;
 use super::runs::{Columns, Ranks, Runs};
+use crate::simd::Level;
 
 /// How pixels of a plane connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +64,7 @@ pub(super) struct Labels {
     count: usize,
     ranks: [Ranks; 2],
     contacts: Columns,
+    contact_bits: Vec<u64>,
 }
 
 const NO_LABEL: u32 = u32::MAX;
@@ -128,7 +130,7 @@ impl Labels {
 
 /// Finds the runs of all rows and labels them.
 #[inline(always)]
-pub(super) fn label<const EIGHT: bool>(plane: &Plane, runs: &mut Runs, labels: &mut Labels) {
+pub(super) fn label<const EIGHT: bool>(level: Level, plane: &Plane, runs: &mut Runs, labels: &mut Labels) {
     runs.clear();
     labels.clear();
     let mut ranks = std::mem::take(&mut labels.ranks);
@@ -136,10 +138,10 @@ pub(super) fn label<const EIGHT: bool>(plane: &Plane, runs: &mut Runs, labels: &
     for (row, bits) in plane.bits.chunks_exact(plane.words).enumerate() {
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
-        runs.push_row(bits, current);
+        runs.push_row(level, bits, current);
         labels.of_run.resize(runs.starts().len(), NO_LABEL);
         if row > 0 && !runs.of_row(row).is_empty() && !runs.of_row(row - 1).is_empty() {
-            link_rows::<EIGHT>(above, bits, previous, current, labels);
+            link_rows::<EIGHT>(level, above, bits, previous, current, labels);
         }
         labels.finish_row(runs, row);
         above = bits;
@@ -150,6 +152,7 @@ pub(super) fn label<const EIGHT: bool>(plane: &Plane, runs: &mut Runs, labels: &
 /// Links the runs of two rows that touch. Contacts are found 64 columns at a time in the bit planes.
 #[inline(always)]
 fn link_rows<const EIGHT: bool>(
+    level: Level,
     above: &[u64],
     below: &[u64],
     upper: &Ranks,
@@ -157,14 +160,15 @@ fn link_rows<const EIGHT: bool>(
     labels: &mut Labels,
 ) {
     let mut contacts = std::mem::take(&mut labels.contacts);
-    contacts.clear();
-    contacts.reserve(above.len());
+    labels.contact_bits.resize(above.len(), 0);
     let mut carry = 0;
-    for (i, (a, b)) in above.iter().zip(below).enumerate() {
+    for ((a, b), contact) in above.iter().zip(below).zip(&mut labels.contact_bits) {
         let overlap = a & b;
-        contacts.push_bits(overlap & !(overlap << 1 | carry), i);
+        *contact = overlap & !(overlap << 1 | carry);
         carry = overlap >> 63;
     }
+    contacts.clear();
+    contacts.push(level, &labels.contact_bits);
     for column in contacts.all() {
         labels.link(upper.run_at(usize::from(*column)), lower.run_at(usize::from(*column)));
     }

@@ -33,7 +33,7 @@ pub(crate) struct Clusters {
 impl Clusters {
     /// Finds the components of `plane` (`words` words a row) that `limits` allow.
     pub(crate) fn fill(&mut self, level: Level, plane: &Plane, limits: &Limits) {
-        level.run(Label { plane, clusters: &mut *self });
+        level.run(Label { level, plane, clusters: &mut *self });
         keep_components(&mut self.labels, plane, limits, &mut self.components, &mut self.profiles);
         level.run(Outline { clusters: self });
     }
@@ -64,6 +64,7 @@ pub(crate) struct Plane<'a> {
 }
 
 struct Label<'a> {
+    level: Level,
     plane: &'a Plane<'a>,
     clusters: &'a mut Clusters,
 }
@@ -75,8 +76,8 @@ impl Kernel for Label<'_> {
     fn run(self) {
         let Clusters { runs, labels, .. } = self.clusters;
         match self.plane.connectivity {
-            Connectivity::Four => labels::label::<false>(self.plane, runs, labels),
-            Connectivity::Eight => labels::label::<true>(self.plane, runs, labels),
+            Connectivity::Four => labels::label::<false>(self.level, self.plane, runs, labels),
+            Connectivity::Eight => labels::label::<true>(self.level, self.plane, runs, labels),
         }
     }
 }

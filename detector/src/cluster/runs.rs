@@ -1,5 +1,7 @@
 //! Runs: maximal stretches of set bits in a row.
 
+use crate::simd::{self, Level};
+
 /// All runs of a plane, row after row.
 #[derive(Default)]
 pub(super) struct Runs {
@@ -9,6 +11,8 @@ pub(super) struct Runs {
     end: Columns,
     /// For each row the number of runs before it; one entry more than rows.
     first_of_row: Vec<u32>,
+    start_bits: Vec<u64>,
+    end_bits: Vec<u64>,
 }
 
 impl Runs {
@@ -44,19 +48,21 @@ impl Runs {
 
     /// Appends the runs of a row and fills `ranks`, the row's index.
     #[inline(always)]
-    pub(super) fn push_row(&mut self, bits: &[u64], ranks: &mut Ranks) {
+    pub(super) fn push_row(&mut self, level: Level, bits: &[u64], ranks: &mut Ranks) {
         ranks.resize(bits.len());
-        self.start.reserve(bits.len());
-        self.end.reserve(bits.len());
-        let mut carry = 0;
-        for ((i, word), rank) in bits.iter().enumerate().zip(&mut ranks.words) {
+        self.start_bits.resize(bits.len(), 0);
+        self.end_bits.resize(bits.len(), 0);
+        let (mut carry, mut before) = (0, self.start.count as u32);
+        let words = bits.iter().zip(&mut self.start_bits).zip(&mut self.end_bits).zip(&mut ranks.words);
+        for (((word, start), end), rank) in words {
             let shifted = word << 1 | carry;
             carry = word >> 63;
-            let starts = word & !shifted;
-            *rank = Rank { starts, before: self.start.count as u32 };
-            self.start.push_bits(starts, i);
-            self.end.push_bits(shifted & !word, i);
+            (*start, *end) = (word & !shifted, shifted & !word);
+            *rank = Rank { starts: *start, before };
+            before += start.count_ones();
         }
+        self.start.push(level, &self.start_bits);
+        self.end.push(level, &self.end_bits);
         self.first_of_row.push(self.start.count as u32);
     }
 }
@@ -70,9 +76,6 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Entries that are written at once.
-    const BLOCK: usize = 8;
-
     pub(super) fn clear(&mut self) {
         self.count = 0;
     }
@@ -83,34 +86,14 @@ impl Columns {
         &self.room[..self.count]
     }
 
-    /// Makes room for the bits of so many words.
+    /// Appends the columns of the set bits of a row's words.
     #[inline(always)]
-    pub(super) fn reserve(&mut self, words: usize) {
-        let wanted = self.count + words * 64 + Self::BLOCK;
+    pub(super) fn push(&mut self, level: Level, words: &[u64]) {
+        let wanted = self.count + words.len() * 64 + simd::COLUMNS_SLACK;
         if self.room.len() < wanted {
             self.room.resize(wanted.next_power_of_two(), 0);
         }
-    }
-
-    /// Appends the columns of the set bits of a word. Eight are written at a time, whether there are so many or not: a loop
-    /// that ends with the last bit is mispredicted nearly every time, and few words have more than eight.
-    #[inline(always)]
-    pub(super) fn push_bits(&mut self, mut bits: u64, word: usize) {
-        if bits == 0 {
-            return;
-        }
-        let after = self.count + bits.count_ones() as usize;
-        let base = (word * 64) as u16;
-        for block in self.room[self.count..].chunks_exact_mut(Self::BLOCK) {
-            for column in block {
-                *column = base + bits.trailing_zeros() as u16;
-                bits &= bits.wrapping_sub(1);
-            }
-            if bits == 0 {
-                break;
-            }
-        }
-        self.count = after;
+        self.count += simd::columns(level, words, &mut self.room[self.count..]);
     }
 }
 
@@ -149,21 +132,10 @@ mod tests {
     fn runs_cross_words_and_are_found_again_by_column() {
         let (mut runs, mut ranks) = (Runs::default(), Ranks::default());
         runs.clear();
-        runs.push_row(&[0b0110 | 1 << 63, 0b11], &mut ranks);
+        runs.push_row(Level::best(), &[0b0110 | 1 << 63, 0b11], &mut ranks);
         assert_eq!(runs.starts(), [1, 63]);
         assert_eq!(runs.ends(), [3, 66]);
         assert_eq!(runs.of_row(0), 0..2);
         assert_eq!([1, 2, 63, 64, 65].map(|column| ranks.run_at(column)), [0, 0, 1, 1, 1]);
-    }
-
-    #[test]
-    fn the_columns_of_any_word_come_in_order() {
-        for bits in [1, 1 << 63, u64::MAX, 0xff, 0x1ff, 0x5555_5555_5555_5555, 0x8000_0001_0001_0003] {
-            let mut columns = Columns::default();
-            columns.reserve(1);
-            columns.push_bits(bits, 2);
-            let expected: Vec<u16> = (0..64).filter(|i| bits >> i & 1 == 1).map(|i| 128 + i).collect();
-            assert_eq!(columns.all(), expected, "{bits:#x}");
-        }
     }
 }

@@ -43,7 +43,10 @@ impl Level {
             if avx2 {
                 levels.push(Level(Kind::Avx2));
             }
-            if avx2 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw") {
+            let avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512vbmi2");
+            if avx2 && avx512 {
                 levels.push(Level(Kind::Avx512));
             }
         }

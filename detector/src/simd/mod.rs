@@ -88,6 +88,23 @@ pub(crate) fn three_to_two(level: Level, full: &[u8], half: &[u8], out: &mut [u8
     scalar::three_to_two(&full[pixels..], &half[pixels..], &mut out[done..]);
 }
 
+/// Entries that `columns` may write, without meaning, behind those that it returns.
+pub(crate) const COLUMNS_SLACK: usize = 64;
+
+/// The numbers of the set bits of a row's words, in order, and how many there are. `out` has room for a number for every bit and
+/// for [`COLUMNS_SLACK`] more.
+pub(crate) fn columns(level: Level, words: &[u64], out: &mut [u16]) -> usize {
+    match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 (Level::available).
+        Kind::Avx512 => unsafe { x86::columns_avx512(words, out) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has BMI (Level::available).
+        Kind::Avx2 => unsafe { x86::columns_avx2(words, out) },
+        _ => scalar::columns(words, out),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,6 +195,24 @@ mod tests {
                 let mut out = vec![9; 2 * triples];
                 three_to_two(level, &full, &half, &mut out);
                 assert_eq!(out, expected, "{level}, {triples} triples");
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_lists_the_set_bits_in_order() {
+        let mut random = Random(19);
+        for words in 1..=20 {
+            for density in [0, 20, 128, 250, 255] {
+                let mut bit = || u64::from(random.byte() <= density && density > 0);
+                let row: Vec<u64> = (0..words).map(|_| (0..64).map(|i| bit() << i).sum()).collect();
+                let is_set = |column: &u16| row[usize::from(column / 64)] >> (column % 64) & 1 == 1;
+                let expected: Vec<u16> = (0..words * 64).filter(is_set).collect();
+                for level in Level::available() {
+                    let mut out = vec![9; row.len() * 64 + COLUMNS_SLACK];
+                    let count = columns(level, &row, &mut out);
+                    assert_eq!(out[..count], expected, "{level}, {words} words");
+                }
             }
         }
     }

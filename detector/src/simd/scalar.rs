@@ -46,3 +46,25 @@ pub(super) fn three_to_two(full: &[u8], half: &[u8], out: &mut [u8]) {
         *to = [average([a[0], a[1]], [b[0], b[1]]), average([a[2], a[1]], [b[2], b[1]])];
     }
 }
+
+/// Numbers that are written at once, whether there are so many or not: a loop that ends with the last bit of a word is
+/// mispredicted nearly every time, and few words have more.
+const BLOCK: usize = 8;
+
+#[inline(always)]
+pub(super) fn columns(words: &[u64], out: &mut [u16]) -> usize {
+    let mut count = 0;
+    for (base, word) in (0..).step_by(64).zip(words) {
+        let mut bits = *word;
+        let end = count + bits.count_ones() as usize;
+        while count < end {
+            for column in &mut out[count..count + BLOCK] {
+                *column = base + bits.trailing_zeros() as u16;
+                bits &= bits.wrapping_sub(1);
+            }
+            count += BLOCK;
+        }
+        count = end;
+    }
+    count
+}

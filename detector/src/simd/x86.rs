@@ -104,18 +104,19 @@ pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], brig
     let zero = _mm256_setzero_si256();
     let mut blocks = Blocks::<64>::of(row.len());
     while let Some(at) = blocks.next() {
-        let (mut at_least, mut sure) = ([0u64; 2], [0u64; 2]);
+        let (mut reached, mut sure) = ([0u64; 2], [0u64; 2]);
         for half in 0..2 {
             let pixels = load_256(row, at + half * 32);
             let cut = spread_256(&cuts[at / 4 + half * 8..][..8]);
-            let reached = _mm256_cmpeq_epi8(_mm256_max_epu8(pixels, cut), pixels);
-            at_least[half] = u64::from(_mm256_movemask_epi8(reached) as u32);
-            sure[half] = u64::from(!_mm256_movemask_epi8(_mm256_cmpeq_epi8(cut, zero)) as u32);
+            let at_least = _mm256_cmpeq_epi8(_mm256_max_epu8(pixels, cut), pixels);
+            // Masked as vectors: joined as words, the compiler would take them apart byte by byte.
+            let bright = _mm256_andnot_si256(_mm256_cmpeq_epi8(cut, zero), at_least);
+            reached[half] = u64::from(_mm256_movemask_epi8(at_least) as u32);
+            sure[half] = u64::from(_mm256_movemask_epi8(bright) as u32);
         }
-        let reached = at_least[0] | at_least[1] << 32;
         let (word, known) = word_of(at);
-        dark[word] = !reached >> known;
-        bright[word] = (reached & (sure[0] | sure[1] << 32)) >> known;
+        dark[word] = !(reached[0] | reached[1] << 32) >> known;
+        bright[word] = (sure[0] | sure[1] << 32) >> known;
     }
     blocks.end
 }
@@ -183,4 +184,37 @@ pub(super) fn three_to_two_avx2(full: &[u8], half: &[u8], out: &mut [u8]) -> usi
         store_128(_mm256_castsi256_si128(packed), &mut out[i * 16..]);
     }
     blocks * 16
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) fn columns_avx2(words: &[u64], out: &mut [u16]) -> usize {
+    super::scalar::columns(words, out)
+}
+
+#[target_feature(enable = "avx512f,avx512bw")]
+fn store_512(v: __m512i, to: &mut [u16]) {
+    let to = &mut to[..32];
+    // SAFETY: `to` has just been checked to hold the 64 bytes that are written; the store takes any alignment.
+    unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), v) }
+}
+
+/// The numbers of 64 bytes, with those taken out whose bit is clear.
+#[target_feature(enable = "avx512f,avx512bw,avx512vbmi2,popcnt")]
+pub(super) fn columns_avx512(words: &[u64], out: &mut [u16]) -> usize {
+    let numbers: [u8; 64] = std::array::from_fn(|i| i as u8);
+    let numbers = load_512(&numbers, 0);
+    let mut count = 0;
+    for (i, word) in words.iter().enumerate() {
+        let set = _mm512_maskz_compress_epi8(*word, numbers);
+        let base = _mm512_set1_epi16((i * 64) as i16);
+        let low = _mm512_cvtepu8_epi16(_mm512_castsi512_si256(set));
+        store_512(_mm512_add_epi16(low, base), &mut out[count..]);
+        let bits = word.count_ones() as usize;
+        if bits > 32 {
+            let high = _mm512_cvtepu8_epi16(_mm512_extracti64x4_epi64::<1>(set));
+            store_512(_mm512_add_epi16(high, base), &mut out[count + 32..]);
+        }
+        count += bits;
+    }
+    count
 }
