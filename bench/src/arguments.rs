@@ -32,6 +32,9 @@ pub(crate) enum Command {
     Corners(CornersArguments),
     /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
     Hostile(HostileArguments),
+    /// CPU time of each phase at every level of instructions and, with the feature `peers`, how many times ours the AprilTag
+    /// C library takes on the same frames.
+    Phases(PhasesArguments),
     /// From how near to how far the nested tag of the paper's Figure 1 is found, and which of its tags.
     Recursive(RecursiveArguments),
     /// Frames of a data set with exact truth, as files or as a list.
@@ -148,6 +151,25 @@ pub(crate) struct HostileArguments {
     pub(crate) pictures: PathBuf,
     /// Decimation factors.
     #[arg(long, value_delimiter = ',', default_value = "1")]
+    pub(crate) decimate: Vec<f64>,
+    /// Rounds after one warm-up; in each round every detector searches the frame once.
+    #[arg(long, default_value_t = 5)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct PhasesArguments {
+    /// Folder of natural pictures; their middle parts are brought to 1296x964. Without it only rendered frames are timed.
+    #[arg(long)]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Decimation factors.
+    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2")]
     pub(crate) decimate: Vec<f64>,
     /// Rounds after one warm-up; in each round every detector searches the frame once.
     #[arg(long, default_value_t = 5)]

@@ -10,7 +10,8 @@ pub(crate) fn cpu_us<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (now_us() - before, result)
 }
 
-fn now_us() -> f64 {
+/// CPU time of this process so far, in microseconds.
+pub(crate) fn now_us() -> f64 {
     let now = clock_gettime(ClockId::ProcessCPUTime);
     now.tv_sec as f64 * 1e6 + now.tv_nsec as f64 * 1e-3
 }

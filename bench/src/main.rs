@@ -9,6 +9,7 @@ mod hostile;
 mod machine;
 mod memory;
 mod peers;
+mod phases;
 mod record;
 mod recursive;
 mod sets;
@@ -18,8 +19,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use arguments::{
-    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, RecursiveArguments,
-    RenderArguments, SweepArguments,
+    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, PhasesArguments,
+    RecursiveArguments, RenderArguments, SweepArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Corners(arguments) => corners(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
+        Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
         Command::Sweep(arguments) => sweep(&arguments),
@@ -91,6 +93,21 @@ fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
          thread pinned to one core; memory is the most that a fresh detector allocates for the frame"
     );
     Ok(record::write_page(&folder.join("hostile.md"), "Frames made to cost", &how, &page)?)
+}
+
+fn phases(arguments: &PhasesArguments) -> Result<(), Failure> {
+    machine::pin_to(arguments.core)?;
+    let PhasesArguments { pictures, decimate, rounds, record, .. } = arguments;
+    let plan = phases::Plan { pictures: pictures.clone(), factors: decimate.clone(), rounds: *rounds };
+    let page = phases::page(&phases::run(&plan)?);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let how = format!(
+        "CPU time in milliseconds: of each picture the quickest of {rounds} rounds after one warm-up, medians over pictures \
+         (each column for itself); all levels and the C library take turns on each picture, one thread pinned to one core"
+    );
+    Ok(record::write_page(&folder.join("phases.md"), "Where the time goes", &how, &page)?)
 }
 
 fn recursive(arguments: &RecursiveArguments) -> Result<(), Failure> {
