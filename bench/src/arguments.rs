@@ -35,6 +35,8 @@ pub(crate) enum Command {
     /// CPU time of each phase at every level of instructions and, with the feature `peers`, how many times ours the AprilTag
     /// C library takes on the same frames.
     Phases(PhasesArguments),
+    /// What each choice of the paper buys: its pipeline, plainly, with one step changed at a time.
+    Paper(PaperArguments),
     /// From how near to how far the nested tag of the paper's Figure 1 is found, and which of its tags.
     Recursive(RecursiveArguments),
     /// Frames of a data set with exact truth, as files or as a list.
@@ -86,6 +88,31 @@ pub(crate) struct CornersArguments {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Write the table and what it was measured on to this file (Markdown).
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct PaperArguments {
+    /// Data sets, one section for each of them and each family.
+    #[arg(required = true, value_parser = NAMES)]
+    pub(crate) sets: Vec<String>,
+    /// Tag families.
+    #[arg(long, value_delimiter = ',', default_value = "tag36h11,tagStandard41h12")]
+    pub(crate) family: Vec<String>,
+    /// Frames of each set, family, distance and tilt.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) count: usize,
+    /// Another seed gives other frames.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Rounds; in each round every line searches the frame once.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Write the tables and what they were measured on to this file (Markdown).
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }

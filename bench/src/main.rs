@@ -8,6 +8,7 @@ mod corners;
 mod hostile;
 mod machine;
 mod memory;
+mod paper_ablations;
 mod peers;
 mod phases;
 mod record;
@@ -19,7 +20,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use arguments::{
-    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, PhasesArguments,
+    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, PaperArguments, PhasesArguments,
     RecursiveArguments, RenderArguments, SweepArguments,
 };
 use clap::Parser as _;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Corners(arguments) => corners(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
+        Command::Paper(arguments) => paper(&arguments),
         Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
@@ -108,6 +110,27 @@ fn phases(arguments: &PhasesArguments) -> Result<(), Failure> {
          (each column for itself); all levels and the C library take turns on each picture, one thread pinned to one core"
     );
     Ok(record::write_page(&folder.join("phases.md"), "Where the time goes", &how, &page)?)
+}
+
+fn paper(arguments: &PaperArguments) -> Result<(), Failure> {
+    machine::pin_to(arguments.core)?;
+    let PaperArguments { sets, family, count, seed, rounds, .. } = arguments;
+    let mut page = String::from(paper_ablations::COLUMNS);
+    for set in sets {
+        let recipe = sets::named(set)?;
+        for name in family {
+            let renderer = sets::Renderer::new(recipe, Family::published(name)?, *seed);
+            let lines = paper_ablations::run(&renderer, count * recipe.bins().len(), *rounds)?;
+            page += &paper_ablations::section(&format!("{set}, {name}"), &lines);
+        }
+    }
+    print!("{page}");
+    let Some(path) = &arguments.record else { return Ok(()) };
+    let how = format!(
+        "{count} frames of every distance and tilt, seed {seed}, {rounds} rounds; lines take turns on each frame, one thread \
+         pinned to one core"
+    );
+    Ok(record::write_page(path, "The paper's choices, one at a time", &how, &page)?)
 }
 
 fn recursive(arguments: &RecursiveArguments) -> Result<(), Failure> {

@@ -24,14 +24,20 @@ const LATER_NEIGHBOURS: [[i32; 2]; 4] = [[1, 0], [-1, 1], [0, 1], [1, 1]];
 pub(crate) fn contours(shades: &Shades, components: &mut Components) -> Vec<Vec<BoundaryPoint>> {
     let mut places: HashMap<[u32; 2], usize> = HashMap::new();
     let mut contours: Vec<Vec<BoundaryPoint>> = Vec::new();
+    // Most points belong to the same pair as the one before.
+    let mut last = None;
     for y in 0..shades.height {
         for x in 0..shades.width {
             for step in LATER_NEIGHBOURS {
                 let Some((pair, point)) = boundary(shades, components, [x, y], step) else { continue };
-                let place = *places.entry(pair).or_insert_with(|| {
-                    contours.push(Vec::new());
-                    contours.len() - 1
+                let known = last.filter(|(last_pair, _)| *last_pair == pair).map(|(_, place)| place);
+                let place = known.unwrap_or_else(|| {
+                    *places.entry(pair).or_insert_with(|| {
+                        contours.push(Vec::new());
+                        contours.len() - 1
+                    })
                 });
+                last = Some((pair, place));
                 contours[place].push(point);
             }
         }

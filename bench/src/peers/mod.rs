@@ -7,12 +7,15 @@ mod kornia;
 #[cfg(feature = "peers")]
 mod locus;
 mod ours;
+mod paper;
 mod python;
 
 use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
 use tagbus_detector::Refinement;
+
+pub(crate) use paper::{Paper, Work};
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -10,5 +10,6 @@ mod table;
 pub(crate) use measure::{Line, Plan, Times, bar, measure, run};
 pub(crate) use natural::{load_scaled, sweep as sweep_natural};
 pub(crate) use plot::{figure_7, figure_8};
-pub(crate) use score::score;
+pub(crate) use score::{Score, score};
+pub(crate) use significance::mcnemar;
 pub(crate) use table::{csv, page};

@@ -2,7 +2,7 @@
 
 /// McNemar's test in its exact form: the probability of a split at least as uneven as this one between frames that only
 /// the one and frames that only the other detector solved, if both were equally good. Two-sided.
-pub(super) fn mcnemar(only_one: u32, only_other: u32) -> f64 {
+pub(crate) fn mcnemar(only_one: u32, only_other: u32) -> f64 {
     let (few, all) = (only_one.min(only_other), only_one + only_other);
     // Probability of k of `all` fair coins, from one k to the next.
     let (mut term, mut sum) = (0.5_f64.powi(i32::try_from(all).unwrap_or(i32::MAX)), 0.0);
