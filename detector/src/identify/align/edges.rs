@@ -9,7 +9,7 @@ use super::super::sample::Frame;
 use super::pattern::Pattern;
 
 /// Rows or columns whose pixels across an edge are taken, over all edges. More hardly help the corners.
-const MOST_PROFILES: f64 = 200.0;
+const MOST_PROFILES: f64 = 400.0;
 /// Pixels on each side of an edge.
 const HALF_PROFILE: usize = 2;
 

@@ -3,7 +3,7 @@
 use super::super::reader::Reader;
 
 /// Most cells of a window along an axis.
-pub(super) const MOST_CELLS: usize = 8;
+pub(super) const MOST_CELLS: usize = 6;
 /// Unknown cells around the grid, so that windows may reach beyond it.
 const RIM: usize = MOST_CELLS;
 
@@ -11,6 +11,12 @@ const RIM: usize = MOST_CELLS;
 const BLACK: u8 = 0;
 const UNKNOWN: u8 = 1;
 const WHITE: u8 = 2;
+
+/// The code of the cell that lies `k` further right than the first one of a word.
+#[inline(always)]
+pub(super) fn colour(word: u32, k: usize) -> i32 {
+    (word >> (2 * k) & 3) as i32
+}
 
 /// The cells of the scratch grid with a rim around them.
 #[derive(Default)]

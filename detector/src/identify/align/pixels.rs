@@ -11,6 +11,7 @@ use super::pattern::{MOST_CELLS, Pattern};
 pub(super) const BLOCK: usize = 32;
 /// One number for each pixel of a block.
 pub(super) type Lanes = [f32; BLOCK];
+pub(super) const ZERO: Lanes = [0.0; BLOCK];
 
 /// A pixel this near to a cell of unknown colour is not modelled.
 const UNKNOWN_REACH: f64 = 1.5;
@@ -29,13 +30,13 @@ pub(super) struct Block {
 }
 
 impl Block {
-    const EMPTY: Self = Self {
-        x: [0.0; BLOCK],
-        y: [0.0; BLOCK],
-        grey: [0.0; BLOCK],
-        weight: [0.0; BLOCK],
-        first_u: [0.0; BLOCK],
-        first_v: [0.0; BLOCK],
+    pub(super) const EMPTY: Self = Self {
+        x: ZERO,
+        y: ZERO,
+        grey: ZERO,
+        weight: ZERO,
+        first_u: ZERO,
+        first_v: ZERO,
         rows: [[0; BLOCK]; MOST_CELLS],
     };
 }
@@ -100,9 +101,9 @@ impl Block {
     /// Pixels in the middle of the patch, where every model is finite, and of no weight.
     #[inline(always)]
     fn clear(&mut self) {
-        self.x = [0.0; BLOCK];
-        self.y = [0.0; BLOCK];
-        self.weight = [0.0; BLOCK];
+        self.x = ZERO;
+        self.y = ZERO;
+        self.weight = ZERO;
     }
 
     #[inline(always)]
@@ -132,19 +133,18 @@ struct Surroundings {
 impl Laid<'_> {
     #[inline(always)]
     fn surroundings(&self, places: &[Place]) -> Surroundings {
-        let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut x, mut y) = (ZERO, ZERO);
         for (i, place) in places.iter().enumerate() {
             [x[i], y[i]] = self.patch.place_of([f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5]);
         }
         let at = self.model.places(&x, &y);
         let reach = (UNKNOWN_REACH / self.patch.scale) as f32;
-        let (mut reach_u, mut reach_v) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut reach_u, mut reach_v) = (ZERO, ZERO);
         for l in 0..BLOCK {
-            let length = |by: &[Lanes; 2]| (by[0][l] * by[0][l] + by[1][l] * by[1][l]).sqrt();
-            reach_u[l] = reach * length(&at.u_by);
-            reach_v[l] = reach * length(&at.v_by);
+            reach_u[l] = reach * at.u.speed[l];
+            reach_v[l] = reach * at.v.speed[l];
         }
-        Surroundings { x, y, u: at.u, v: at.v, reach_u, reach_v }
+        Surroundings { x, y, u: at.u.place, v: at.v.place, reach_u, reach_v }
     }
 
     /// The first cell of the window around a pixel; `None` when a cell of unknown colour is too near.
@@ -154,13 +154,8 @@ impl Laid<'_> {
         let before = self.window as f32 * 0.5 - 0.5;
         // Nothing known lies this near to the rim.
         let (low, high) = (before, self.pattern.width() as f32 - before - 1.0);
-        if !(u >= low
-            && v >= low
-            && u < high
-            && v < high
-            && reach_u < before.max(1.0)
-            && reach_v < before.max(1.0))
-        {
+        let inside = u >= low && v >= low && u < high && v < high;
+        if !inside || reach_u.max(reach_v) >= before.max(1.0) {
             return None;
         }
         let from = [(u - reach_u) as usize, (v - reach_v) as usize];

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::model::{BLOOM, EXPECTED_SIGMA, GAIN, LOG_BLUR, OFFSET, Parameters};
-use super::pixels::{BLOCK, Lanes};
+use super::pixels::{BLOCK, Lanes, ZERO};
 
 /// Parameters of the model.
 pub(super) const PARAMETERS: usize = 17;
@@ -65,8 +65,8 @@ impl NormalEquations {
     pub(super) fn add(&mut self, rows: &Rows, weight: &Lanes, rms: f32) {
         let limit = HUBER * if rms > 1.0 { rms } else { 1.0 };
         let residual = &rows[PARAMETERS];
-        let mut robust = [0.0; BLOCK];
-        let mut counted = [0.0; BLOCK];
+        let mut robust = ZERO;
+        let mut counted = ZERO;
         for l in 0..BLOCK {
             let size = residual[l].abs();
             robust[l] = weight[l] * if size > limit { limit / size } else { 1.0 };
@@ -75,7 +75,7 @@ impl NormalEquations {
         add_products(&mut self.squares, &counted, residual);
         add_products(&mut self.weight, weight, weight);
         for i in 0..PARAMETERS {
-            let mut weighted = [0.0; BLOCK];
+            let mut weighted = ZERO;
             for l in 0..BLOCK {
                 weighted[l] = robust[l] * rows[i][l];
             }
