@@ -20,6 +20,7 @@ pub(crate) struct Arguments {
 const EXAMPLES: &str = "Examples:
   tagbus-bench cpu photo.jpg board.png
   tagbus-bench corners --family tagCustom48h12 --decimate 2
+  tagbus-bench corners --gamma 2.2 --cell 5,6,7,8
   cargo run --release -p tagbus-bench --features peers -- cpu --record bench/record/cpu.md photo.jpg
   tagbus-bench render textured --count 20 --out target/textured
   cargo run --release -p tagbus-bench --features peers -- sweep textured --count 10 --record bench/record";
@@ -28,7 +29,8 @@ const EXAMPLES: &str = "Examples:
 pub(crate) enum Command {
     /// CPU time per picture of this detector and, with the feature `peers`, of the AprilTag C library, interleaved.
     Cpu(CpuArguments),
-    /// How exact corners are on rendered tags, for each kind of refinement.
+    /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
+    /// shifts them.
     Corners(CornersArguments),
     /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
     Hostile(HostileArguments),
@@ -84,6 +86,18 @@ pub(crate) struct CornersArguments {
     /// Noise of the picture, standard deviation in grey levels.
     #[arg(long, default_value_t = 3.0)]
     pub(crate) noise: f32,
+    /// Cell sizes, pixels; a tag that is 20 pixels wide comes in addition.
+    #[arg(long, value_delimiter = ',', default_value = "2,3,5,9,20")]
+    pub(crate) cell: Vec<f64>,
+    /// Gamma of the camera: 1 for a straight line, 2.2 for what screens expect.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) gamma: f32,
+    /// Factor on the light; above about 1.1 white is clipped.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) exposure: f32,
+    /// How far black ink has spread into white, in cells.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) ink: f64,
     /// Another seed gives other pictures.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
