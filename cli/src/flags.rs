@@ -60,6 +60,9 @@ pub(crate) struct DetectorFlags {
     /// How much smaller the frame is made for finding quads: 1, 1.5, 2, 3, ...; saves time, loses small tags
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::default().decimation.factor())]
     pub(crate) decimate: f64,
+    /// Threads that work on a frame, 1 to 64; more than one save time on large or busy frames
+    #[arg(long, value_name = "COUNT", default_value_t = Settings::default().threads)]
+    pub(crate) threads: usize,
     /// Wrong bits to correct at most; by default 0 to 2, as the family bears (see `tagbus family list`)
     #[arg(long, value_name = "BITS")]
     pub(crate) hamming: Option<u32>,
@@ -97,6 +100,7 @@ impl DetectorFlags {
             sharpening: self.sharpening as f32,
             min_margin: self.min_margin as f32,
             ids: self.ids.as_ref().map(IdList::ids).unwrap_or_default(),
+            threads: self.threads,
         })
     }
 }

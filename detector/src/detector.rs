@@ -7,9 +7,10 @@ use crate::binarize::{Colours, Planes, binarize};
 use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
-use crate::identify::{Reader, Scene, Scratch, identify};
+use crate::identify::{Identify, Reader, Scene, identify};
 use crate::settings::{Settings, SettingsError};
 use crate::simd::Level;
+use crate::threads::Threads;
 use crate::view::LumaView;
 
 /// A phase of detection, for observers that measure time.
@@ -30,17 +31,30 @@ pub struct Detector {
     readers: Vec<Reader>,
     settings: Settings,
     level: Level,
+    threads: Threads,
     buffers: Buffers,
     detections: Vec<Detection>,
 }
 
-#[derive(Default)]
 struct Buffers {
     planes: Planes,
     clusters: Clusters,
     fit: Fit,
     quads: Vec<Quad>,
-    identify: Scratch,
+    identify: Identify,
+}
+
+impl Buffers {
+    /// Buffers for so many threads.
+    fn new(threads: usize) -> Self {
+        Self {
+            planes: Planes::default(),
+            clusters: Clusters::default(),
+            fit: Fit::new(threads),
+            quads: Vec::new(),
+            identify: Identify::new(threads),
+        }
+    }
 }
 
 impl Detector {
@@ -50,12 +64,15 @@ impl Detector {
         if families.is_empty() {
             return Err(SettingsError::NoFamily);
         }
+        let threads =
+            Threads::start(settings.threads).map_err(|error| SettingsError::NoThread(error.kind()))?;
         let reader = |(place, family)| Reader::new(place, family, settings.hamming, &settings.ids);
         Ok(Self {
             readers: families.iter().enumerate().map(reader).collect(),
             settings: settings.clone(),
             level: Level::best(),
-            buffers: Buffers::default(),
+            threads,
+            buffers: Buffers::new(settings.threads),
             detections: Vec::new(),
         })
     }
@@ -86,14 +103,15 @@ impl Detector {
         let search = Search {
             readers: &self.readers,
             level: self.level,
+            threads: &mut self.threads,
             factor: self.settings.decimation.factor(),
             buffers: &mut self.buffers,
             done: &mut done,
         };
         with_raster(view, self.settings.decimation, search);
         let scene = Scene { view, readers: &self.readers, settings: &self.settings };
-        let Buffers { quads, identify: scratch, .. } = &mut self.buffers;
-        identify(self.level, &scene, quads, scratch, &mut self.detections);
+        let Buffers { quads, identify: buffers, .. } = &mut self.buffers;
+        identify(self.level, &mut self.threads, &scene, quads, buffers, &mut self.detections);
         done(Phase::Identify);
         &self.detections
     }
@@ -103,6 +121,7 @@ impl Detector {
 struct Search<'a, F> {
     readers: &'a [Reader],
     level: Level,
+    threads: &'a mut Threads,
     factor: f64,
     buffers: &'a mut Buffers,
     done: &'a mut F,
@@ -112,7 +131,7 @@ impl<F: FnMut(Phase)> OnRaster for Search<'_, F> {
     type Output = ();
 
     fn on<R: Raster>(self, raster: R) {
-        let Self { readers, level, factor, buffers, done } = self;
+        let Self { readers, level, threads, factor, buffers, done } = self;
         let Buffers { planes, clusters, fit, quads, .. } = buffers;
         quads.clear();
         let has = |border| readers.iter().any(|reader| reader.border == border);
@@ -137,7 +156,7 @@ impl<F: FnMut(Phase)> OnRaster for Search<'_, F> {
             clusters.fill(level, &plane, &limits(shortest_side));
             done(Phase::Cluster);
             let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
-            fit_quads(level, &source, fit, quads);
+            fit_quads(level, threads, &source, fit, quads);
             done(Phase::Fit);
         }
     }

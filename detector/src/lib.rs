@@ -30,8 +30,10 @@ mod detection;
 mod detector;
 mod fit;
 mod identify;
+mod numbered;
 mod settings;
 mod simd;
+mod threads;
 mod view;
 
 pub use detection::{Detection, Flags};

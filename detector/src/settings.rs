@@ -83,6 +83,9 @@ pub struct Settings {
     pub min_margin: f32,
     /// Only these ids are reported; empty means all.
     pub ids: Vec<u32>,
+    /// Threads that work on a frame, the caller's included: 1 to 64. More than one save time on large or busy frames and cost
+    /// some of it in all; the result is the same. With 1 none is started.
+    pub threads: usize,
 }
 
 impl Settings {
@@ -91,6 +94,9 @@ impl Settings {
         Decimation::from_factor(self.decimation.factor())?;
         if !(0.0..=10.0).contains(&self.sharpening) {
             return Err(SettingsError::Sharpening(self.sharpening));
+        }
+        if !(1..=64).contains(&self.threads) {
+            return Err(SettingsError::Threads(self.threads));
         }
         Ok(())
     }
@@ -105,6 +111,7 @@ impl Default for Settings {
             sharpening: 1.0,
             min_margin: 0.0,
             ids: Vec::new(),
+            threads: 1,
         }
     }
 }
@@ -117,8 +124,12 @@ pub enum SettingsError {
     Decimation(f64),
     /// Not a finite number from 0 to 10.
     Sharpening(f32),
+    /// Not a number from 1 to 64.
+    Threads(usize),
     /// No family was given.
     NoFamily,
+    /// The system started fewer threads than were asked for.
+    NoThread(std::io::ErrorKind),
 }
 
 impl fmt::Display for SettingsError {
@@ -129,6 +140,12 @@ impl fmt::Display for SettingsError {
             }
             Self::Sharpening(seen) => {
                 write!(f, "sharpening {seen} is not possible: use a number from 0 to 10")
+            }
+            Self::Threads(seen) => {
+                write!(f, "{seen} threads are not possible: use a number from 1 to 64")
+            }
+            Self::NoThread(why) => {
+                write!(f, "the system did not start a thread ({why}): use fewer threads")
             }
             Self::NoFamily => write!(f, "no tag family was given: name at least one, such as tag36h11"),
         }

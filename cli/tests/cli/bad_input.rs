@@ -35,6 +35,7 @@ fn values_that_cannot_be_are_refused_with_what_is_allowed() {
         ("camera", "--width=3", "3"),
         ("camera", "--format=RGB9", "RGB9"),
         ("service", "--decimate=2.5", "1.5 or a whole number"),
+        ("service", "--threads=65", "from 1 to 64"),
         ("service", "--ids=5-1", "1-20,33"),
         ("watch", "--timeout=-1", "timeout of -1"),
         ("run", "--seconds=-1", "-1 seconds"),

@@ -5,7 +5,7 @@ use crate::simd::{self, Level};
 use crate::view::LumaView;
 
 /// Grey values on the search grid, and where a point of the grid lies in the frame.
-pub(crate) trait Raster: Copy {
+pub(crate) trait Raster: Copy + Send + Sync {
     /// Whether values are averages of pixels that neighbouring values share.
     const ARE_AVERAGES: bool;
     /// Columns of the grid.

@@ -21,6 +21,18 @@ pub(super) struct Contour {
 }
 
 impl Contour {
+    /// Makes room for any contour that is walked: an outline of few rows that was not found ragged.
+    pub(super) fn reserve(&mut self) {
+        let most = rules::longest_outline(rules::CONTOUR_BELOW, 0) as usize + 1;
+        for list in [&mut self.xs, &mut self.ys] {
+            list.reserve(most.saturating_sub(list.len()));
+        }
+        self.before.reserve((most + 1).saturating_sub(self.before.len()));
+        for of_row in &mut self.of_row {
+            of_row.reserve(rules::CONTOUR_BELOW.saturating_sub(of_row.len()));
+        }
+    }
+
     /// Walks around the outline: along the top, down the right ends, along the bottom, up the left ends.
     #[inline(always)]
     pub(super) fn fill<R: Raster>(&mut self, edges: &Edges<R>, profile: &Profile) {

@@ -17,7 +17,9 @@ mod sides;
 use crate::binarize::Cuts;
 use crate::binarize::raster::Raster;
 use crate::cluster::{Clusters, Component};
+use crate::numbered::Numbered;
 use crate::simd::{Kernel, Level};
+use crate::threads::Threads;
 use contour::Contour;
 use edge::Edges;
 use outline::Outline;
@@ -33,11 +35,28 @@ pub(crate) struct Quad {
 }
 
 /// Buffers of the fit.
-#[derive(Default)]
 pub(crate) struct Fit {
+    /// One for each thread.
+    scratches: Vec<Scratch>,
+    found: Numbered<Quad>,
+}
+
+/// What a thread needs for one component after the other.
+#[derive(Default)]
+struct Scratch {
     outline: Outline,
     contour: Contour,
 }
+
+impl Fit {
+    /// Buffers for so many threads.
+    pub(crate) fn new(threads: usize) -> Self {
+        Self { scratches: (0..threads).map(|_| Scratch::default()).collect(), found: Numbered::default() }
+    }
+}
+
+/// Fewer components than this are fitted before another thread is awake.
+const LEAST_TO_DEAL: usize = 128;
 
 /// What the components are and where their pixels lie.
 pub(crate) struct Source<'a, R> {
@@ -50,26 +69,57 @@ pub(crate) struct Source<'a, R> {
 }
 
 /// Appends the quads of all components to `quads`.
-pub(crate) fn fit_quads<R: Raster>(level: Level, source: &Source<R>, fit: &mut Fit, quads: &mut Vec<Quad>) {
-    level.run(FitAll { source, fit, quads });
+pub(crate) fn fit_quads<R: Raster>(
+    level: Level,
+    threads: &mut Threads,
+    source: &Source<R>,
+    fit: &mut Fit,
+    quads: &mut Vec<Quad>,
+) {
+    let components = source.clusters.components();
+    if threads.count() == 1 || components.len() < LEAST_TO_DEAL {
+        let found = |_, quad| quads.push(quad);
+        return level.run(FitAll { source, components, first: 0, scratch: &mut fit.scratches[0], found });
+    }
+    // Who fits the largest component is chance, and nobody is to allocate for it later.
+    fit.scratches.iter_mut().for_each(|scratch| scratch.reserve(source.raster.height()));
+    let length = threads.part_length(components.len());
+    let Fit { scratches, found } = fit;
+    threads.deal(scratches, components.chunks(length).enumerate(), |scratch, (part, components)| {
+        let found = |number, quad| found.add(number, quad);
+        level.run(FitAll { source, components, first: part * length, scratch, found });
+    });
+    found.move_to(quads);
 }
 
-struct FitAll<'a, 's, R> {
+impl Scratch {
+    /// Makes room for any component of a raster with so many rows.
+    fn reserve(&mut self, rows: usize) {
+        self.outline.reserve(rows);
+        self.contour.reserve();
+    }
+}
+
+/// Hands the quads of some components to `found`, with the components' numbers.
+struct FitAll<'a, 's, R, F> {
     source: &'a Source<'s, R>,
-    fit: &'a mut Fit,
-    quads: &'a mut Vec<Quad>,
+    components: &'a [Component],
+    /// The number of the first.
+    first: usize,
+    scratch: &'a mut Scratch,
+    found: F,
 }
 
-impl<R: Raster> Kernel for FitAll<'_, '_, R> {
+impl<R: Raster, F: FnMut(usize, Quad)> Kernel for FitAll<'_, '_, R, F> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { source, fit, quads } = self;
-        for component in source.clusters.components() {
-            if let Some(corners) = fit_component(source, component, fit) {
+        let Self { source, components, first, scratch, mut found } = self;
+        for (i, component) in components.iter().enumerate() {
+            if let Some(corners) = fit_component(source, component, scratch) {
                 let corners = corners.map(|corner| source.raster.to_frame(corner));
-                quads.push(Quad { corners, border: source.border });
+                found(first + i, Quad { corners, border: source.border });
             }
         }
     }
@@ -80,27 +130,27 @@ impl<R: Raster> Kernel for FitAll<'_, '_, R> {
 fn fit_component<R: Raster>(
     source: &Source<R>,
     component: &Component,
-    fit: &mut Fit,
+    scratch: &mut Scratch,
 ) -> Option<[[f64; 2]; 4]> {
     let profile = source.clusters.profile(component);
     if outline::is_ragged(&profile, component) {
         return None;
     }
-    fit.outline.fill(&profile, component);
-    let four = corners::extreme_points(&fit.outline)?;
-    let start = fit.outline.clockwise(four);
-    if fit.outline.mean_distance(&start) > rules::outline_distance(fit.outline.area) {
+    scratch.outline.fill(&profile, component);
+    let four = corners::extreme_points(&scratch.outline)?;
+    let start = scratch.outline.clockwise(four);
+    if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
         return None;
     }
     let edges = Edges {
         raster: source.raster,
         cuts: source.cuts,
         dark_inside: source.border == Border::Normal,
-        centre: fit.outline.centre(),
+        centre: scratch.outline.centre(),
     };
     let corners = if component.width() + component.height() < rules::CONTOUR_BELOW {
-        fit.contour.fill(&edges, &profile);
-        fit.contour.corners(four, profile.spans.len())
+        scratch.contour.fill(&edges, &profile);
+        scratch.contour.corners(four, profile.spans.len())
     } else {
         sides::corners(&edges, &profile, start)
     }?;

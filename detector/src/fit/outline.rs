@@ -31,6 +31,13 @@ pub(super) fn is_ragged(profile: &Profile, component: &Component) -> bool {
 }
 
 impl Outline {
+    /// Makes room for the outline of so many rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        for list in [&mut self.xs, &mut self.ys] {
+            list.reserve((2 * rows).saturating_sub(list.len()));
+        }
+    }
+
     /// Takes the outline of a component. The first and last row contribute their outer edge, the others their middle.
     #[inline(always)]
     pub(super) fn fill(&mut self, profile: &Profile, component: &Component) {

@@ -19,8 +19,10 @@ pub(crate) use reader::Reader;
 
 use crate::detection::{Detection, Flags};
 use crate::fit::Quad;
+use crate::numbered::Numbered;
 use crate::settings::Settings;
 use crate::simd::{Kernel, Level};
+use crate::threads::Threads;
 use crate::view::LumaView;
 use align::Align;
 use homography::Homography;
@@ -35,45 +37,77 @@ pub(crate) struct Scene<'a> {
 }
 
 /// Buffers of the identification.
+pub(crate) struct Identify {
+    /// One for each thread.
+    scratches: Vec<Scratch>,
+    found: Numbered<Detection>,
+}
+
+/// What a thread needs for one quad after the other.
 #[derive(Default)]
-pub(crate) struct Scratch {
+struct Scratch {
     cells: Vec<f32>,
     /// Families that may still read a quad, by their place.
     unread: Vec<usize>,
     align: Align,
 }
 
+impl Identify {
+    /// Buffers for so many threads.
+    pub(crate) fn new(threads: usize) -> Self {
+        Self { scratches: (0..threads).map(|_| Scratch::default()).collect(), found: Numbered::default() }
+    }
+}
+
+/// Fewer quads than this are looked at before another thread is awake.
+const LEAST_TO_DEAL: usize = 16;
+
 /// Makes a detection of every quad that is a tag and resolves overlaps.
 pub(crate) fn identify(
     level: Level,
+    threads: &mut Threads,
     scene: &Scene,
     quads: &[Quad],
-    scratch: &mut Scratch,
+    identify: &mut Identify,
     detections: &mut Vec<Detection>,
 ) {
     detections.clear();
-    level.run(IdentifyAll { scene, quads, scratch, detections: &mut *detections });
+    let Identify { scratches, found } = identify;
+    if threads.count() == 1 || quads.len() < LEAST_TO_DEAL {
+        let found = |_, detection| detections.push(detection);
+        level.run(IdentifyAll { scene, quads, first: 0, scratch: &mut scratches[0], found });
+    } else {
+        let length = threads.part_length(quads.len());
+        threads.deal(scratches, quads.chunks(length).enumerate(), |scratch, (part, quads)| {
+            let found = |number, detection| found.add(number, detection);
+            level.run(IdentifyAll { scene, quads, first: part * length, scratch, found });
+        });
+        found.move_to(detections);
+    }
     overlap::keep_the_better(scene.readers, detections);
 }
 
-struct IdentifyAll<'a, 's> {
+/// Hands the detections of some quads to `found`, with the quads' numbers.
+struct IdentifyAll<'a, 's, F> {
     scene: &'a Scene<'s>,
     quads: &'a [Quad],
+    /// The number of the first.
+    first: usize,
     scratch: &'a mut Scratch,
-    detections: &'a mut Vec<Detection>,
+    found: F,
 }
 
-impl Kernel for IdentifyAll<'_, '_> {
+impl<F: FnMut(usize, Detection)> Kernel for IdentifyAll<'_, '_, F> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { scene, quads, scratch, detections } = self;
+        let Self { scene, quads, first, scratch, mut found } = self;
         let frame = Frame::new(scene.view);
         let mut attempt = Attempt { frame: &frame, settings: scene.settings, scratch };
-        for quad in quads {
+        for (i, quad) in quads.iter().enumerate() {
             if let Some(Tag { reader, reading }) = attempt.read_quad(scene.readers, quad) {
-                detections.push(detection(scene, reader, &reading));
+                found(first + i, detection(scene, reader, &reading));
             }
         }
     }
