@@ -173,21 +173,22 @@ impl Attempt<'_> {
         if raw.is_none() && !self.is_promising(reader, quad, factor) {
             return None;
         }
-        let effort = Effort::to_read(factor);
-        let Some(corners) = refine::refine(self.frame, reader, &quad.corners, &effort) else {
-            return raw;
-        };
-        let mut best = match (raw, self.read_at(reader, corners)) {
-            // Refinement that loses the tag, or turns it into a less sure one, went astray.
-            (Some(raw), None) => return Some(raw),
-            (Some(raw), Some(refined)) if raw.is_surer_than(&refined) => {
+        let mut refined = self.read_refined(reader, quad, &Effort::to_read(factor));
+        if refined.is_none() && raw.is_some() && factor > 1.0 {
+            refined = self.read_refined(reader, quad, &Effort::to_read_from_afar(factor));
+        }
+        // Refinement that loses the tag, or turns it into a less sure one, went astray.
+        let Some(refined) = refined else { return raw };
+        let corners = refined.corners;
+        let mut best = match raw {
+            Some(raw) if raw.is_surer_than(&refined) => {
                 if raw.found.id != refined.found.id {
                     return Some(raw);
                 }
                 // Unrefined corners may give the better code, never the better corners.
                 Reading { corners, ..raw }
             }
-            (_, refined) => refined?,
+            _ => refined,
         };
         if Effort::is_worth_it(&corners) {
             let effort = Effort::to_report();
@@ -206,6 +207,13 @@ impl Attempt<'_> {
         let Some(border) = border::measure(self.frame, reader, &corners) else { return false };
         border.score >= REFINE_SCORE
             && self.bits_at(reader, &corners, &border).is_some_and(|bits| is_near_a_tag(reader, &bits))
+    }
+
+    /// What the quad's corners give once they are moved to the edges.
+    #[inline(always)]
+    fn read_refined(&mut self, reader: &Reader, quad: &Quad, effort: &Effort) -> Option<Reading> {
+        let corners = refine::refine(self.frame, reader, &quad.corners, effort)?;
+        self.read_at(reader, corners)
     }
 
     /// The reading with its corners where the whole tag fits best, if that gives the same tag again.

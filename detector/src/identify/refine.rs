@@ -10,6 +10,8 @@ use tagbus_family::Border;
 
 /// The window across the edge: this share of a cell, at most this many pixels of the search grid, never less than the last.
 const WINDOW: (f64, f64, f64) = (0.5, 2.0, 0.6);
+/// The same share where half a cell was not enough.
+const FAR_WINDOW: f64 = 0.9;
 /// Levels are taken at the cells' centres, but not further from the edge than this many pixels: glare and shading make
 /// far levels unequal.
 const LEVEL_REACH: f64 = 3.0;
@@ -44,22 +46,30 @@ pub(crate) struct Effort {
     rounds: usize,
     /// How coarse the search grid was that the corners come from, pixels.
     factor: f64,
+    /// How much of a cell the window across an edge may take.
+    cells: f64,
 }
 
 impl Effort {
     /// Enough to see whether more is worth while.
     pub(crate) fn to_try(factor: f64) -> Self {
-        Self { profiles: LEAST_PROFILES, rounds: 1, factor }
+        Self { profiles: LEAST_PROFILES, rounds: 1, factor, cells: WINDOW.0 }
     }
 
     /// Enough to read the bits, for corners from a search grid of this factor.
     pub(crate) fn to_read(factor: f64) -> Self {
-        Self { profiles: 24, rounds: if factor > 1.0 { 3 } else { 2 }, factor }
+        Self { profiles: 24, rounds: if factor > 1.0 { 3 } else { 2 }, factor, cells: WINDOW.0 }
+    }
+
+    /// For a tag that is sure but whose corners do not lie within half a cell of its edges: nothing that looks like its
+    /// border edge lies within a whole cell of it.
+    pub(crate) fn to_read_from_afar(factor: f64) -> Self {
+        Self { rounds: 4, cells: FAR_WINDOW, ..Self::to_read(factor) }
     }
 
     /// What long sides can give besides, for corners that were refined before.
     pub(crate) fn to_report() -> Self {
-        Self { profiles: MOST_PROFILES, rounds: 1, factor: 1.0 }
+        Self { profiles: MOST_PROFILES, rounds: 1, factor: 1.0, cells: WINDOW.0 }
     }
 
     /// Whether some side of a quad is long enough for more profiles than were taken to read it.
@@ -83,7 +93,9 @@ pub(crate) fn refine(
     for round in 0..effort.rounds {
         // Once refined, corners are as near as those of an undecimated search.
         let reach = if round == 0 { WINDOW.1 * effort.factor } else { WINDOW.1 };
-        let pass = Pass { reach, profiles: effort.profiles };
+        let cells = if round == 0 { effort.cells } else { WINDOW.0 };
+        let level_reach = if cells > WINDOW.0 { f64::MAX } else { LEVEL_REACH };
+        let pass = Pass { reach, cells, level_reach, profiles: effort.profiles };
         let homography = Homography::from_square(&refined, reader.width)?;
         let mut lines = [SideLine::default(); 4];
         for (k, line) in lines.iter_mut().enumerate() {
@@ -106,9 +118,13 @@ pub(crate) fn refine(
     (0..4).all(stayed).then_some(refined)
 }
 
-/// How one round looks at the sides: at most this many pixels across an edge, with at most so many profiles.
+/// How one round looks at the sides: at most this many pixels and this share of a cell across an edge, with at most so many
+/// profiles.
 struct Pass {
     reach: f64,
+    cells: f64,
+    /// Levels are not taken further from the edge than this many pixels.
+    level_reach: f64,
     profiles: usize,
 }
 
@@ -153,8 +169,8 @@ fn refine_side(
     k: usize,
     pass: &Pass,
 ) -> Option<SideLine> {
-    let side = measure_side(frame, reader, homography, corners, k)?;
-    let window = (WINDOW.0 * side.cell).min(pass.reach).max(WINDOW.2);
+    let side = measure_side(frame, reader, homography, corners, k, pass.level_reach)?;
+    let window = (pass.cells * side.cell).min(pass.reach).max(WINDOW.2);
     let count = ((side.length / 2.0) as usize).clamp(LEAST_PROFILES, pass.profiles);
     let end = (0.5 * side.cell).min(0.12 * side.length).min(END) / side.length;
     let mut points = [[0.0f64; 2]; MOST_PROFILES];
@@ -186,6 +202,7 @@ fn measure_side(
     homography: &Homography,
     corners: &[[f64; 2]; 4],
     k: usize,
+    level_reach: f64,
 ) -> Option<Side> {
     let (from, to) = (corners[k], corners[(k + 1) % 4]);
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
@@ -200,7 +217,7 @@ fn measure_side(
         let (w, b) = (homography.project(ring.white), homography.project(ring.black));
         let across = ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
         cell += across;
-        let nearer = (LEVEL_REACH / (0.5 * across)).min(1.0);
+        let nearer = (level_reach / (0.5 * across)).min(1.0);
         // Half-way between the two cells lies the edge.
         let (towards_white, towards_black) = (0.5 - 0.5 * nearer, 0.5 + 0.5 * nearer);
         let (w, b) = (along(w, b, towards_white), along(w, b, towards_black));
