@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use tagbus_detector::{Decimation, Level, Refinement, Settings, SettingsError, UnknownLevel};
+use tagbus_detector::{Decimation, Level, Refinement, Search, Settings, SettingsError, UnknownLevel};
 use tagbus_family::{Family, UnknownFamily};
 use tagbus_message::domain::{DEFAULT_DOMAIN, Domain, DomainError};
 
@@ -60,6 +60,10 @@ pub(crate) struct DetectorFlags {
     /// How much smaller the frame is made for finding quads: 1, 1.5, 2, 3, ...; saves time, loses small tags
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::default().decimation.factor())]
     pub(crate) decimate: f64,
+    /// How hard quads are looked for: quick; fine: also beside something brighter, 2 to 3 times the time; thorough: also in noise
+    #[arg(long, value_name = "quick|fine|thorough", default_value_t = SearchName(Settings::default().search))]
+    #[serde(with = "text")]
+    pub(crate) search: SearchName,
     /// Threads that work on a frame, 1 to 64; more than one save time on large or busy frames
     #[arg(long, value_name = "COUNT", default_value_t = Settings::default().threads)]
     pub(crate) threads: usize,
@@ -95,6 +99,7 @@ impl DetectorFlags {
     pub(crate) fn settings(&self) -> Result<Settings, SettingsError> {
         Ok(Settings {
             decimation: Decimation::from_factor(self.decimate)?,
+            search: self.search.0,
             hamming: self.hamming,
             refinement: self.refine.0,
             sharpening: self.sharpening as f32,
@@ -200,6 +205,37 @@ impl fmt::Display for IdListError {
 }
 
 impl std::error::Error for IdListError {}
+
+/// A way of looking for quads by its name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SearchName(pub(crate) Search);
+
+impl FromStr for SearchName {
+    type Err = UnknownSearch;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSearch> {
+        Search::named(name).map(Self).ok_or_else(|| UnknownSearch(name.to_owned()))
+    }
+}
+
+impl fmt::Display for SearchName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0.name())
+    }
+}
+
+/// A name of no search.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct UnknownSearch(String);
+
+impl fmt::Display for UnknownSearch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = Search::NAMES.map(|(_, name)| name).join(", ");
+        write!(f, "unknown search \"{}\": known are {names}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownSearch {}
 
 /// A way of refining corners by its name.
 #[derive(Clone, Copy, Debug)]

@@ -3,12 +3,12 @@
 use tagbus_family::{Border, Family};
 
 use crate::binarize::raster::{OnRaster, Raster, with_raster};
-use crate::binarize::{Colours, Planes, binarize};
+use crate::binarize::{Colours, Contrast, Planes, Scale, binarize};
 use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
 use crate::identify::{Identify, Reader, Scene, identify};
-use crate::settings::{Settings, SettingsError};
+use crate::settings::{Search, Settings, SettingsError};
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::view::LumaView;
@@ -98,9 +98,11 @@ impl Detector {
         self.detect_observed(view, |_| {})
     }
 
-    /// As [`Self::detect`]; `done` is called as each phase ends (two of them once for each border colour).
+    /// As [`Self::detect`]; `done` is called as each phase ends (two of them once for each border colour, and all but
+    /// the last once for each size of thresholds that [`Settings::search`] asks for).
     pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
-        let search = Search {
+        let search = GridSearch {
+            scales: scales(self.settings.search),
             readers: &self.readers,
             level: self.level,
             threads: &mut self.threads,
@@ -118,7 +120,8 @@ impl Detector {
 }
 
 /// Phases 1 to 3: everything that looks at the search grid.
-struct Search<'a, F> {
+struct GridSearch<'a, F> {
+    scales: &'static [Scale],
     readers: &'a [Reader],
     level: Level,
     threads: &'a mut Threads,
@@ -127,37 +130,58 @@ struct Search<'a, F> {
     done: &'a mut F,
 }
 
-impl<F: FnMut(Phase)> OnRaster for Search<'_, F> {
+impl<F: FnMut(Phase)> OnRaster for GridSearch<'_, F> {
     type Output = ();
 
-    fn on<R: Raster>(self, raster: R) {
-        let Self { readers, level, threads, factor, buffers, done } = self;
-        let Buffers { planes, clusters, fit, quads, .. } = buffers;
-        quads.clear();
-        let has = |border| readers.iter().any(|reader| reader.border == border);
+    fn on<R: Raster>(mut self, raster: R) {
+        self.buffers.quads.clear();
+        for scale in self.scales {
+            self.binarize(raster, *scale);
+            (self.done)(Phase::Binarize);
+            for border in [Border::Normal, Border::Reversed] {
+                self.find_quads(raster, border);
+            }
+        }
+    }
+}
+
+impl<F: FnMut(Phase)> GridSearch<'_, F> {
+    fn binarize<R: Raster>(&mut self, raster: R, scale: Scale) {
+        let has = |border| self.readers.iter().any(|reader| reader.border == border);
         let colours = Colours { dark: has(Border::Normal), bright: has(Border::Reversed) };
-        binarize(level, raster, colours, planes);
-        done(Phase::Binarize);
-        for border in [Border::Normal, Border::Reversed] {
-            let widths = readers.iter().filter(|reader| reader.border == border).map(|reader| reader.width);
-            let Some(narrowest) = widths.min_by(f64::total_cmp) else { continue };
-            let (bits, connectivity) = match border {
-                Border::Normal => (&planes.dark, Connectivity::Four),
-                Border::Reversed => (&planes.bright, Connectivity::Eight),
-            };
-            let plane = Plane {
-                bits,
-                words: planes.words,
-                width: raster.width(),
-                height: raster.height(),
-                connectivity,
-            };
-            let shortest_side = shortest_side(narrowest, factor);
-            clusters.fill(level, &plane, &limits(shortest_side));
-            done(Phase::Cluster);
-            let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
-            fit_quads(level, threads, &source, fit, quads);
-            done(Phase::Fit);
+        binarize(self.level, raster, colours, scale, &mut self.buffers.planes);
+    }
+
+    /// Adds the quads that have this border, if any family has.
+    fn find_quads<R: Raster>(&mut self, raster: R, border: Border) {
+        let widths = self.readers.iter().filter(|reader| reader.border == border).map(|reader| reader.width);
+        let Some(narrowest) = widths.min_by(f64::total_cmp) else { return };
+        let Buffers { planes, clusters, fit, quads, .. } = &mut *self.buffers;
+        let (bits, connectivity) = match border {
+            Border::Normal => (&planes.dark, Connectivity::Four),
+            Border::Reversed => (&planes.bright, Connectivity::Eight),
+        };
+        let plane =
+            Plane { bits, words: planes.words, width: raster.width(), height: raster.height(), connectivity };
+        let shortest_side = shortest_side(narrowest, self.factor);
+        clusters.fill(self.level, &plane, &limits(shortest_side));
+        (self.done)(Phase::Cluster);
+        let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
+        fit_quads(self.level, self.threads, &source, fit, quads);
+        (self.done)(Phase::Fit);
+    }
+}
+
+/// Least contrast of a thorough search, grey levels: with less, fitted sides say nothing.
+const LEAST_CONTRAST: u8 = 5;
+
+/// The thresholds that are tried one after the other, and whose quads are all read.
+fn scales(search: Search) -> &'static [Scale] {
+    match search {
+        Search::Quick => &[Scale::Four(Contrast::Measured)],
+        Search::Fine => &[Scale::Four(Contrast::Measured), Scale::Two(Contrast::Measured)],
+        Search::Thorough => {
+            &[Scale::Four(Contrast::Least(LEAST_CONTRAST)), Scale::Two(Contrast::Least(LEAST_CONTRAST))]
         }
     }
 }

@@ -68,11 +68,48 @@ impl Refinement {
     }
 }
 
+/// How hard quads are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// Once, with thresholds from windows of 12 pixels, where there is more contrast than the frame's noise explains.
+    Quick,
+    /// Once more with windows of 6 pixels: finds tags whose white margin is narrow, or darker than what lies beside it. Takes
+    /// two to three times as long.
+    Fine,
+    /// As fine, and however little contrast there is (5 grey levels): finds tags that are hardly more than noise. Takes up to
+    /// ten times as long on noisy frames.
+    Thorough,
+}
+
+impl Search {
+    /// All of them, with their names on the command line.
+    pub const NAMES: [(Search, &'static str); 3] =
+        [(Self::Quick, "quick"), (Self::Fine, "fine"), (Self::Thorough, "thorough")];
+
+    /// The search of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.into_iter().find(|(_, known)| *known == name).map(|(search, _)| search)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quick => "quick",
+            Self::Fine => "fine",
+            Self::Thorough => "thorough",
+        }
+    }
+}
+
 /// What the detector does; the defaults are what most cameras want.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// How much smaller the frame is made for finding quads. Costs recall of small tags, saves most of the time.
     pub decimation: Decimation,
+    /// How hard quads are looked for.
+    pub search: Search,
     /// Corrected bits allowed for every family; `None` takes each family's own default. Capped at what the family can bear.
     pub hamming: Option<u32>,
     /// How corners are refined on the full-resolution frame.
@@ -106,6 +143,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             decimation: Decimation::Every(2),
+            search: Search::Quick,
             hamming: None,
             refinement: Refinement::Edges,
             sharpening: 1.0,

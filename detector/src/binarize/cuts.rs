@@ -5,6 +5,8 @@
 pub(crate) struct Cuts {
     /// Tiles a row.
     pub(super) tiles: usize,
+    /// Binary logarithm of a tile's width in pixels.
+    shift: u32,
     pub(super) values: Vec<u8>,
     columns: [Vec<u8>; 2],
 }
@@ -13,17 +15,24 @@ impl Cuts {
     /// The cut of the tile that pixel (x, y) of the search grid lies in.
     #[inline(always)]
     pub(crate) fn at(&self, x: usize, y: usize) -> u8 {
-        self.values[(y >> 2) * self.tiles + (x >> 2)]
+        self.values[(y >> self.shift) * self.tiles + (x >> self.shift)]
     }
 
-    /// The cuts of one row of tiles.
-    pub(super) fn row(&self, tile_row: usize) -> &[u8] {
-        &self.values[tile_row * self.tiles..][..self.tiles]
+    /// The cuts of one row of tiles of `TILE` pixels, one for each pixel.
+    #[inline(always)]
+    pub(super) fn spread<const TILE: usize>(&self, tile_row: usize, pixels: &mut [u8]) {
+        let cuts = &self.values[tile_row * self.tiles..][..self.tiles];
+        let (tiles, rest) = pixels.as_chunks_mut::<TILE>();
+        for (tile, cut) in tiles.iter_mut().zip(cuts) {
+            *tile = [*cut; TILE];
+        }
+        rest.fill(cuts[cuts.len() - 1]);
     }
 
-    /// Makes room for so many tiles.
-    pub(super) fn resize(&mut self, tiles: usize, rows: usize) {
+    /// Makes room for so many tiles of this width.
+    pub(super) fn resize(&mut self, tile: usize, tiles: usize, rows: usize) {
         self.tiles = tiles;
+        self.shift = tile.ilog2();
         self.values.resize(tiles * rows, 0);
         for buffer in &mut self.columns {
             buffer.resize(tiles + 2, 0);
@@ -83,7 +92,7 @@ mod tests {
         minima[0] = 20;
         maxima[6] = 220;
         let mut cuts = Cuts::default();
-        cuts.resize(5, 5);
+        cuts.resize(4, 5, 5);
         (0..5).for_each(|row| cuts.fill_row(row, &minima, &maxima, 5));
         assert_eq!(cuts.at(0, 0), 20 + 100 + 1);
         assert_eq!(cuts.at(8, 8), 100 + 60 + 1, "sees tile (1,1) but not tile (0,0)");

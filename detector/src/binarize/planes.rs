@@ -23,6 +23,7 @@ pub(crate) struct Planes {
     maxima: Vec<u8>,
     slots: Slots,
     unwanted: Vec<u64>,
+    cut_of_pixel: Vec<u8>,
 }
 
 /// Which bit planes are asked for: at least one.
@@ -32,22 +33,47 @@ pub(crate) struct Colours {
     pub(crate) bright: bool,
 }
 
-/// Fills `planes` from `raster`.
-pub(crate) fn binarize<R: Raster>(level: Level, raster: R, colours: Colours, planes: &mut Planes) {
-    level.run(Binarize { level, raster, colours, planes });
+/// How wide and high the tiles are whose extremes give a pixel its threshold, in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Scale {
+    Four(Contrast),
+    /// Sees a white margin of two pixels beside something brighter.
+    Two(Contrast),
 }
 
-struct Binarize<'p, R> {
+/// How far the extremes around a tile must be apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Contrast {
+    /// As far as the frame's noise asks for, which tiles of four pixels say; those of two use what was found before.
+    Measured,
+    /// Grey levels.
+    Least(u8),
+}
+
+/// Fills `planes` from `raster`.
+pub(crate) fn binarize<R: Raster>(
     level: Level,
     raster: R,
     colours: Colours,
+    scale: Scale,
+    planes: &mut Planes,
+) {
+    match scale {
+        Scale::Four(contrast) => level.run(Binarize::<R, 4> { level, raster, colours, contrast, planes }),
+        Scale::Two(contrast) => level.run(Binarize::<R, 2> { level, raster, colours, contrast, planes }),
+    }
+}
+
+/// `TILE` is the width of a tile in pixels.
+struct Binarize<'p, R, const TILE: usize> {
+    level: Level,
+    raster: R,
+    colours: Colours,
+    contrast: Contrast,
     planes: &'p mut Planes,
 }
 
-/// Rows a tile.
-const TILE: usize = 4;
-
-impl<R: Raster> Kernel for Binarize<'_, R> {
+impl<R: Raster, const TILE: usize> Kernel for Binarize<'_, R, TILE> {
     type Output = ();
 
     /// The frame's noise from some rows of tiles, then one pass in which thresholds follow a row of tiles behind the extremes,
@@ -55,16 +81,21 @@ impl<R: Raster> Kernel for Binarize<'_, R> {
     #[inline(always)]
     fn run(mut self) {
         let (tiles, tile_rows) = self.resize();
-        for row in (0..tile_rows).filter(|row| noise::votes(*row)) {
+        let measures = TILE == 4 && matches!(self.contrast, Contrast::Measured);
+        for row in (0..tile_rows).filter(|row| measures && noise::votes(*row)) {
             self.fetch(row);
             self.find_extremes(row, tiles);
         }
         let Planes { minima, maxima, contrast_limit, .. } = &mut *self.planes;
-        *contrast_limit = noise::contrast_limit(tiles, minima, maxima, R::ARE_AVERAGES);
+        if let Contrast::Least(least) = self.contrast {
+            *contrast_limit = least;
+        } else if measures {
+            *contrast_limit = noise::contrast_limit(tiles, minima, maxima, R::ARE_AVERAGES);
+        }
         for row in 0..=tile_rows {
             if row < tile_rows {
                 self.fetch(row);
-                if !noise::votes(row) {
+                if !(measures && noise::votes(row)) {
                     self.find_extremes(row, tiles);
                 }
             }
@@ -75,7 +106,7 @@ impl<R: Raster> Kernel for Binarize<'_, R> {
     }
 }
 
-impl<R: Raster> Binarize<'_, R> {
+impl<R: Raster, const TILE: usize> Binarize<'_, R, TILE> {
     /// Makes room; returns how many tiles a row and rows of tiles there are.
     fn resize(&mut self) -> (usize, usize) {
         let (width, height) = (self.raster.width(), self.raster.height());
@@ -84,9 +115,10 @@ impl<R: Raster> Binarize<'_, R> {
         planes.words = width / 64 + 1;
         planes.minima.resize(tiles * tile_rows, 0);
         planes.maxima.resize(tiles * tile_rows, 0);
-        planes.cuts.resize(tiles, tile_rows);
-        planes.slots.resize(width);
+        planes.cuts.resize(TILE, tiles, tile_rows);
+        planes.slots.resize(TILE, width);
         planes.unwanted.resize(planes.words, 0);
+        planes.cut_of_pixel.resize(width, 0);
         let Colours { dark, bright } = self.colours;
         for (plane, is_wanted) in [(&mut planes.dark, dark), (&mut planes.bright, bright)] {
             if is_wanted {
@@ -96,7 +128,7 @@ impl<R: Raster> Binarize<'_, R> {
         (tiles, tile_rows)
     }
 
-    /// The last row of tiles repeats the raster's last row where it has fewer than four.
+    /// The last row of tiles repeats the raster's last row where it has fewer than a tile.
     #[inline(always)]
     fn row_of(&self, tile_row: usize, i: usize) -> usize {
         (tile_row * TILE + i).min(self.raster.height() - 1)
@@ -118,15 +150,30 @@ impl<R: Raster> Binarize<'_, R> {
         }
         let low = &mut self.planes.minima[tile_row * tiles..][..tiles];
         let high = &mut self.planes.maxima[tile_row * tiles..][..tiles];
-        simd::tile_extrema(self.level, rows, low, high);
+        match rows[..] {
+            [a, b, c, d] => simd::tile_extrema(self.level, [a, b, c, d], low, high),
+            [a, b] => simd::pair_extrema([a, b], low, high),
+            _ => unreachable!("tiles are four or two pixels high"),
+        }
     }
 
     /// The cuts of a row of tiles and the bits of its pixels.
     #[inline(always)]
     fn cut(&mut self, tile_row: usize) {
-        let Planes { words, dark, bright, cuts, contrast_limit, minima, maxima, slots, unwanted } =
-            &mut *self.planes;
+        let Planes {
+            words,
+            dark,
+            bright,
+            cuts,
+            contrast_limit,
+            minima,
+            maxima,
+            slots,
+            unwanted,
+            cut_of_pixel,
+        } = &mut *self.planes;
         cuts.fill_row(tile_row, minima, maxima, *contrast_limit);
+        cuts.spread::<TILE>(tile_row, cut_of_pixel);
         let first = tile_row * TILE;
         for y in first..(first + TILE).min(self.raster.height()) {
             let row = self.raster.fetched(y, slots.of(tile_row, y - first));
@@ -136,7 +183,7 @@ impl<R: Raster> Binarize<'_, R> {
                 Colours { dark: true, bright: false } => (&mut dark[bits], &mut unwanted[..]),
                 Colours { dark: false, .. } => (&mut unwanted[..], &mut bright[bits]),
             };
-            simd::threshold_row(self.level, row, cuts.row(tile_row), dark, bright);
+            simd::threshold_row(self.level, row, cut_of_pixel, dark, bright);
         }
     }
 }
@@ -144,19 +191,20 @@ impl<R: Raster> Binarize<'_, R> {
 /// Rows of the raster that are contiguous nowhere else: those of two rows of tiles.
 #[derive(Default)]
 struct Slots {
+    tile: usize,
     width: usize,
     bytes: Vec<u8>,
 }
 
 impl Slots {
-    fn resize(&mut self, width: usize) {
-        self.width = width;
-        self.bytes.resize(2 * TILE * width, 0);
+    fn resize(&mut self, tile: usize, width: usize) {
+        (self.tile, self.width) = (tile, width);
+        self.bytes.resize(2 * tile * width, 0);
     }
 
     #[inline(always)]
     fn start(&self, tile_row: usize, i: usize) -> usize {
-        (tile_row % 2 * TILE + i) * self.width
+        (tile_row % 2 * self.tile + i) * self.width
     }
 
     #[inline(always)]

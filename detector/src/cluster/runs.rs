@@ -52,7 +52,7 @@ impl Runs {
         ranks.resize(bits.len());
         self.start_bits.resize(bits.len(), 0);
         self.end_bits.resize(bits.len(), 0);
-        let (mut carry, mut before) = (0, self.start.count as u32);
+        let (mut carry, mut any, mut before) = (0, 0, self.start.count as u32);
         let words = bits.iter().zip(&mut self.start_bits).zip(&mut self.end_bits).zip(&mut ranks.words);
         for (((word, start), end), rank) in words {
             let shifted = word << 1 | carry;
@@ -60,9 +60,13 @@ impl Runs {
             (*start, *end) = (word & !shifted, shifted & !word);
             *rank = Rank { starts: *start, before };
             before += start.count_ones();
+            any |= word;
         }
-        self.start.push(level, &self.start_bits);
-        self.end.push(level, &self.end_bits);
+        // Most rows of a plain wall.
+        if any != 0 {
+            self.start.push(level, &self.start_bits);
+            self.end.push(level, &self.end_bits);
+        }
         self.first_of_row.push(self.start.count as u32);
     }
 }

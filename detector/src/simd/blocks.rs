@@ -4,15 +4,15 @@
 /// Where blocks of `SIZE` pixels begin.
 pub(super) struct Blocks<const SIZE: usize> {
     next: usize,
-    /// Pixels that the blocks cover: all of a row of whole tiles, otherwise as many as whole blocks hold.
+    /// Pixels that the blocks cover: all whole units of a row that holds a block.
     pub(super) end: usize,
 }
 
 impl<const SIZE: usize> Blocks<SIZE> {
+    /// Blocks begin at multiples of `unit` pixels, which divides `SIZE`.
     #[inline(always)]
-    pub(super) fn of(pixels: usize) -> Self {
-        let reaches_back = pixels >= SIZE && pixels.is_multiple_of(4);
-        Self { next: 0, end: if reaches_back { pixels } else { pixels / SIZE * SIZE } }
+    pub(super) fn of(pixels: usize, unit: usize) -> Self {
+        Self { next: 0, end: if pixels >= SIZE { pixels - pixels % unit } else { 0 } }
     }
 
     /// The first pixel of the next block.
@@ -38,18 +38,19 @@ pub(super) fn word_of(at: usize) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    fn starts(pixels: usize) -> (Vec<usize>, usize) {
-        let mut blocks = Blocks::<64>::of(pixels);
+    fn starts(pixels: usize, unit: usize) -> (Vec<usize>, usize) {
+        let mut blocks = Blocks::<64>::of(pixels, unit);
         let starts = std::iter::from_fn(|| blocks.next()).collect();
         (starts, blocks.end)
     }
 
     #[test]
-    fn the_last_block_reaches_back_where_tiles_are_whole() {
-        assert_eq!(starts(128), (vec![0, 64], 128));
-        assert_eq!(starts(140), (vec![0, 64, 76], 140));
-        assert_eq!(starts(141), (vec![0, 64], 128));
-        assert_eq!(starts(60), (vec![], 0));
+    fn the_last_block_reaches_back_to_a_whole_unit() {
+        assert_eq!(starts(128, 4), (vec![0, 64], 128));
+        assert_eq!(starts(140, 4), (vec![0, 64, 76], 140));
+        assert_eq!(starts(141, 4), (vec![0, 64, 76], 140));
+        assert_eq!(starts(141, 1), (vec![0, 64, 77], 141));
+        assert_eq!(starts(60, 1), (vec![], 0));
         assert_eq!(word_of(64), (1, 0));
         assert_eq!(word_of(76), (2, 52));
     }

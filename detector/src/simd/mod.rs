@@ -15,7 +15,11 @@ pub(crate) use level::Kernel;
 pub use level::{Level, UnknownLevel};
 
 use level::Kind;
-pub(crate) use scalar::average;
+pub(crate) use scalar::{average, pair_extrema};
+
+/// Pixels along a tile of the search with larger ones.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+const TILE: usize = 4;
 
 /// Smallest and largest value of each 4x4 tile of four rows. `rows` are equally long; a partial tile at the right end
 /// uses the pixels that it has. `minima` and `maxima` take `rows[0].len().div_ceil(4)` values.
@@ -38,8 +42,8 @@ pub(crate) fn tile_extrema(level: Level, rows: [&[u8]; 4], minima: &mut [u8], ma
     }
 }
 
-/// The bit planes of one row: a pixel is dark when it lies below its tile's cut, bright when not; a cut of 0 marks an
-/// unsure tile, whose pixels are neither. Bit `x % 64` of word `x / 64`; bits past the row are clear.
+/// The bit planes of one row: a pixel is dark when it lies below its cut, bright when not; a cut of 0 marks one that is neither.
+/// `cuts` are as many as pixels. Bit `x % 64` of word `x / 64`; bits past the row are clear.
 pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) {
     let done = match level.kind() {
         #[cfg(target_arch = "x86_64")]
@@ -55,7 +59,7 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
     };
     // Words from here on are not begun yet.
     let word = done.div_ceil(64);
-    scalar::threshold_row(&row[done..], &cuts[done / 4..], &mut dark[word..], &mut bright[word..]);
+    scalar::threshold_row(&row[done..], &cuts[done..], &mut dark[word..], &mut bright[word..]);
 }
 
 /// Every `step`-th byte of `row`, from the first; `out` takes them all.
@@ -152,7 +156,7 @@ mod tests {
             let row = random.bytes(start + length);
             let row = &row[start..];
             let cuts: Vec<u8> =
-                random.bytes(length.div_ceil(4)).iter().map(|c| if c % 3 == 0 { 0 } else { *c }).collect();
+                random.bytes(length).iter().map(|c| if c % 3 == 0 { 0 } else { *c }).collect();
             let words = length / 64 + 1;
             let (mut dark, mut bright) = (vec![1; words], vec![1; words]);
             scalar::threshold_row(row, &cuts, &mut dark, &mut bright);

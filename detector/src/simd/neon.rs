@@ -3,6 +3,7 @@
 
 use std::arch::aarch64::*;
 
+use super::TILE;
 use super::blocks::{Blocks, word_of};
 
 #[target_feature(enable = "neon")]
@@ -48,7 +49,7 @@ fn max_4(a: uint8x16_t, b: uint8x16_t, c: uint8x16_t, d: uint8x16_t) -> uint8x16
 /// Pixels done.
 #[target_feature(enable = "neon")]
 pub(super) fn tile_extrema(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let mut blocks = Blocks::<64>::of(rows[0].len());
+    let mut blocks = Blocks::<64>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
         let (a, b) = (load_block(rows[0], at), load_block(rows[1], at));
         let (c, d) = (load_block(rows[2], at), load_block(rows[3], at));
@@ -71,24 +72,27 @@ fn upper_halves(bytes: uint8x16_t) -> u64 {
     vget_lane_u64::<0>(vreinterpret_u64_u8(vshrn_n_u16::<4>(doubled)))
 }
 
+/// One bit for each of 64 pixels whose masks were dealt out as `load_dealt` deals.
+#[target_feature(enable = "neon")]
+fn packed(a: uint8x16_t, b: uint8x16_t, c: uint8x16_t, d: uint8x16_t) -> u64 {
+    // Shifted in below each other: at last the uppermost bits of each byte are those of d, c, b and a.
+    let (ab, cd) = (vsriq_n_u8::<1>(b, a), vsriq_n_u8::<1>(d, c));
+    upper_halves(vsriq_n_u8::<2>(cd, ab))
+}
+
 /// Pixels done.
-///
-/// A dealt-out vector has one pixel of each of the 16 tiles, so that the cuts need no spreading over pixels.
 #[target_feature(enable = "neon")]
 pub(super) fn threshold_row(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let mut blocks = Blocks::<64>::of(row.len());
+    let mut blocks = Blocks::<64>::of(row.len(), 1);
     while let Some(at) = blocks.next() {
-        let cut = load(cuts, at / 4);
-        let pixels = load_dealt(row, at);
-        let (a, b) = (vcgeq_u8(pixels.0, cut), vcgeq_u8(pixels.1, cut));
-        let (c, d) = (vcgeq_u8(pixels.2, cut), vcgeq_u8(pixels.3, cut));
-        // Shifted in below each other: at last the uppermost bits of each byte are those of d, c, b and a.
-        let (ab, cd) = (vsriq_n_u8::<1>(b, a), vsriq_n_u8::<1>(d, c));
-        let reached = upper_halves(vsriq_n_u8::<2>(cd, ab));
-        let sure = upper_halves(vtstq_u8(cut, cut));
+        let (pixels, cuts) = (load_dealt(row, at), load_dealt(cuts, at));
+        let (a, b) = (vcgeq_u8(pixels.0, cuts.0), vcgeq_u8(pixels.1, cuts.1));
+        let (c, d) = (vcgeq_u8(pixels.2, cuts.2), vcgeq_u8(pixels.3, cuts.3));
+        let (sure_a, sure_b) = (vtstq_u8(cuts.0, cuts.0), vtstq_u8(cuts.1, cuts.1));
+        let (sure_c, sure_d) = (vtstq_u8(cuts.2, cuts.2), vtstq_u8(cuts.3, cuts.3));
         let (word, known) = word_of(at);
-        dark[word] = !reached >> known;
-        bright[word] = (reached & sure) >> known;
+        dark[word] = !packed(a, b, c, d) >> known;
+        bright[word] = (packed(a, b, c, d) & packed(sure_a, sure_b, sure_c, sure_d)) >> known;
     }
     blocks.end
 }

@@ -12,11 +12,26 @@ pub(super) fn tile_extrema(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8
     }
 }
 
+/// Smallest and largest value of each 2x2 tile of two rows. A loop that compilers make vectors of.
+#[inline(always)]
+pub(crate) fn pair_extrema(rows: [&[u8]; 2], minima: &mut [u8], maxima: &mut [u8]) {
+    let ((upper, upper_rest), (lower, lower_rest)) = (rows[0].as_chunks::<2>(), rows[1].as_chunks::<2>());
+    let tiles = upper.iter().zip(lower).zip(minima.iter_mut().zip(maxima.iter_mut()));
+    for (([a, b], [c, d]), (low, high)) in tiles {
+        *low = (*a).min(*b).min(*c).min(*d);
+        *high = (*a).max(*b).max(*c).max(*d);
+    }
+    if let ([a], [b]) = (upper_rest, lower_rest) {
+        minima[upper.len()] = *a.min(b);
+        maxima[upper.len()] = *a.max(b);
+    }
+}
+
 pub(super) fn threshold_row(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) {
     dark.fill(0);
     bright.fill(0);
     for (x, value) in row.iter().enumerate() {
-        let cut = cuts[x / 4];
+        let cut = cuts[x];
         dark[x / 64] |= u64::from(*value < cut) << (x % 64);
         bright[x / 64] |= u64::from(*value >= cut && cut != 0) << (x % 64);
     }
@@ -56,6 +71,9 @@ pub(super) fn columns(words: &[u64], out: &mut [u16]) -> usize {
     let mut count = 0;
     for (base, word) in (0..).step_by(64).zip(words) {
         let mut bits = *word;
+        if bits == 0 {
+            continue;
+        }
         let end = count + bits.count_ones() as usize;
         while count < end {
             for column in &mut out[count..count + BLOCK] {

@@ -2,6 +2,7 @@
 
 use std::arch::x86_64::*;
 
+use super::TILE;
 use super::blocks::{Blocks, word_of};
 use super::level::Kernel;
 
@@ -44,7 +45,7 @@ fn low_bytes_256(v: __m256i) -> [u8; 8] {
 /// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let mut blocks = Blocks::<32>::of(rows[0].len());
+    let mut blocks = Blocks::<32>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
         // Not by `map`: its closure would be compiled without these instructions.
         let (a, b) = (load_256(rows[0], at), load_256(rows[1], at));
@@ -64,7 +65,7 @@ pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mu
 /// Pixels done.
 #[target_feature(enable = "avx512f,avx512bw")]
 pub(super) fn tile_extrema_avx512(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let mut blocks = Blocks::<64>::of(rows[0].len());
+    let mut blocks = Blocks::<64>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
         // Not by `map`: its closure would be compiled without these instructions.
         let (a, b) = (load_512(rows[0], at), load_512(rows[1], at));
@@ -88,26 +89,16 @@ fn store_128(v: __m128i, to: &mut [u8]) {
     unsafe { _mm_storeu_si128(to.as_mut_ptr().cast(), v) }
 }
 
-/// Eight cuts spread over the 32 pixels of their tiles.
-#[target_feature(enable = "avx2")]
-fn spread_256(cuts: &[u8]) -> __m256i {
-    let cuts = i64::from_le_bytes([cuts[0], cuts[1], cuts[2], cuts[3], cuts[4], cuts[5], cuts[6], cuts[7]]);
-    let places = _mm256_setr_epi8(
-        0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7,
-    );
-    _mm256_shuffle_epi8(_mm256_set1_epi64x(cuts), places)
-}
-
 /// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
     let zero = _mm256_setzero_si256();
-    let mut blocks = Blocks::<64>::of(row.len());
+    let mut blocks = Blocks::<64>::of(row.len(), 1);
     while let Some(at) = blocks.next() {
         let (mut reached, mut sure) = ([0u64; 2], [0u64; 2]);
         for half in 0..2 {
             let pixels = load_256(row, at + half * 32);
-            let cut = spread_256(&cuts[at / 4 + half * 8..][..8]);
+            let cut = load_256(cuts, at + half * 32);
             let at_least = _mm256_cmpeq_epi8(_mm256_max_epu8(pixels, cut), pixels);
             // Masked as vectors: joined as words, the compiler would take them apart byte by byte.
             let bright = _mm256_andnot_si256(_mm256_cmpeq_epi8(cut, zero), at_least);
@@ -124,11 +115,10 @@ pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], brig
 /// Pixels done.
 #[target_feature(enable = "avx512f,avx512bw")]
 pub(super) fn threshold_row_avx512(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let places = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12));
-    let mut blocks = Blocks::<64>::of(row.len());
+    let mut blocks = Blocks::<64>::of(row.len(), 1);
     while let Some(at) = blocks.next() {
         let pixels = load_512(row, at);
-        let cut = _mm512_shuffle_epi8(_mm512_cvtepu8_epi32(load_128(cuts, at / 4)), places);
+        let cut = load_512(cuts, at);
         let below = _mm512_cmplt_epu8_mask(pixels, cut);
         let (word, known) = word_of(at);
         dark[word] = below >> known;
