@@ -164,7 +164,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
         let plane =
             Plane { bits, words: planes.words, width: raster.width(), height: raster.height(), connectivity };
         let shortest_side = shortest_side(narrowest, self.factor);
-        clusters.fill(self.level, &plane, &limits(shortest_side));
+        clusters.fill(self.level, self.threads, &plane, &limits(shortest_side));
         (self.done)(Phase::Cluster);
         let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
         fit_quads(self.level, self.threads, &source, fit, quads);

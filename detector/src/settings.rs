@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::threads;
+
 /// How much smaller the frame is made before quads are looked for. Decoding and refinement always use full resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decimation {
@@ -132,7 +134,7 @@ impl Settings {
         if !(0.0..=10.0).contains(&self.sharpening) {
             return Err(SettingsError::Sharpening(self.sharpening));
         }
-        if !(1..=64).contains(&self.threads) {
+        if !(1..=threads::MOST).contains(&self.threads) {
             return Err(SettingsError::Threads(self.threads));
         }
         Ok(())
@@ -180,7 +182,7 @@ impl fmt::Display for SettingsError {
                 write!(f, "sharpening {seen} is not possible: use a number from 0 to 10")
             }
             Self::Threads(seen) => {
-                write!(f, "{seen} threads are not possible: use a number from 1 to 64")
+                write!(f, "{seen} threads are not possible: use a number from 1 to {}", threads::MOST)
             }
             Self::NoThread(why) => {
                 write!(f, "the system did not start a thread ({why}): use fewer threads")

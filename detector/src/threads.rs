@@ -29,6 +29,9 @@ type Panic = Box<dyn Any + Send>;
 /// phases of a frame follow each other more quickly.
 const LOOKS: usize = 1000;
 
+/// Most threads of a detector.
+pub(crate) const MOST: usize = 64;
+
 /// Parts that a thread is dealt if all take the same time.
 const PARTS_A_THREAD: usize = 8;
 
@@ -103,6 +106,9 @@ impl Threads {
         work: impl Fn(&mut S, P) + Sync,
     ) {
         let helpers = parts.len().saturating_sub(1);
+        if helpers == 0 || self.workers.is_empty() {
+            return parts.for_each(|part| work(&mut scratches[0], part));
+        }
         let (scratches, parts) = (Mutex::new(scratches.iter_mut()), Mutex::new(parts));
         self.share(helpers, &|| {
             let Some(scratch) = next_of(&scratches) else { return };
@@ -112,12 +118,18 @@ impl Threads {
         });
     }
 
+    /// As [`Self::deal`] for work that needs nothing of its own.
+    pub(crate) fn each<P: Send>(
+        &mut self,
+        parts: impl ExactSizeIterator<Item = P> + Send,
+        work: impl Fn(P) + Sync,
+    ) {
+        self.deal(&mut [(); MOST], parts, |(), part| work(part));
+    }
+
     /// Calls `work` here and on those of at most `helpers` woken workers that come before it is done here; returns when
     /// nobody is inside any more.
     fn share(&mut self, helpers: usize, work: &(dyn Fn() + Sync)) {
-        if helpers == 0 || self.workers.is_empty() {
-            return work();
-        }
         // SAFETY: only the lifetime is changed. Workers get the reference from the open door alone, under its lock, and
         // are counted as inside until their call has ended, also by a panic. `Closing` removes it from the door under the
         // same lock and then waits until nobody is inside; that happens before this function returns, and when `work`

@@ -27,14 +27,15 @@ impl Picture {
 /// Families of either border.
 fn families() -> Vec<Family> {
     let names = ["tag36h11", "tagStandard41h12", "tagCustom48h12", "tag25h9"];
-    names.map(|name| Family::published(name).unwrap()).to_vec()
+    names.map(|name| Family::published(name).expect("a published name")).to_vec()
 }
 
 /// Frames of moving scenes, large enough that every phase is shared.
 fn rendered() -> Vec<Picture> {
     let mut pictures = Vec::new();
     for (seed, width, height) in [(1, 640, 480), (2, 1280, 960), (3, 1920, 1080), (4, 1000, 1203)] {
-        let scene = Scene::new(SceneConfig { width, height, seed, ..SceneConfig::default() }).unwrap();
+        let scene = Scene::new(SceneConfig { width, height, seed, ..SceneConfig::default() })
+            .expect("a plain configuration");
         for frame in [3, 40, 111] {
             let mut luma = vec![0; width * height];
             scene.render(frame, &mut luma);
@@ -74,7 +75,8 @@ fn hostile() -> Vec<Picture> {
 }
 
 fn detector(settings: &Settings, threads: usize, level: Level) -> Detector {
-    let mut detector = Detector::new(&families(), &Settings { threads, ..settings.clone() }).unwrap();
+    let mut detector =
+        Detector::new(&families(), &Settings { threads, ..settings.clone() }).expect("possible settings");
     detector.set_level(level);
     detector
 }

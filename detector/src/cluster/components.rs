@@ -3,6 +3,7 @@
 use super::Plane;
 use super::labels::{Extent, Labels};
 use super::profiles::Profiles;
+use super::seams::Crossing;
 
 /// How small a component may be, in pixels of the search grid.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +25,18 @@ pub(crate) struct Component {
     pub(crate) top: u16,
     /// Last row.
     pub(crate) bottom: u16,
-    /// Where the profile begins among all profiles.
+    /// Where the profile begins among those of its place.
     pub(super) offset: u32,
+    pub(super) place: Place,
+}
+
+/// Where a component's profile is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// In the band of this number, which holds the whole component.
+    Band(u8),
+    /// With those of the components that cross from band to band.
+    Crossing,
 }
 
 impl Component {
@@ -40,54 +51,83 @@ impl Component {
     }
 }
 
-/// Merges labels into components, keeps those within `limits` and lays out their profiles.
-pub(super) fn keep_components(
-    labels: &mut Labels,
-    plane: &Plane,
-    limits: &Limits,
-    components: &mut Vec<Component>,
-    profiles: &mut Profiles,
-) {
-    merge_extents(labels);
-    components.clear();
-    let count = labels.count();
-    labels.slot.resize(count, 0);
-    let mut offset = Profiles::FIRST.max(plane.height) as u32;
-    for label in 0..count {
-        let root = labels.parent[label] as usize;
-        if root != label {
-            labels.slot[label] = labels.slot[root];
-            continue;
-        }
-        let extent = labels.extent[label];
-        if !may_be_a_border(&extent, plane, limits) {
-            labels.slot[label] = Profiles::REJECTED;
-            continue;
-        }
-        // Row `y` of the component is entry `slot + y`; offsets start past the highest row, so this never wraps.
-        labels.slot[label] = offset - u32::from(extent.top);
-        let Extent { left, right, top, bottom, .. } = extent;
-        components.push(Component { left, right, top, bottom, offset });
-        offset += u32::from(bottom - top) + 1;
+impl Component {
+    pub(super) fn new(extent: &Extent, offset: u32, place: Place) -> Self {
+        let Extent { left, right, top, bottom, .. } = *extent;
+        Self { left, right, top, bottom, offset, place }
     }
-    profiles.resize(offset as usize);
 }
 
-/// Makes every label point at its root and adds its extent there. Parents are smaller, so one pass upwards is enough.
-fn merge_extents(labels: &mut Labels) {
-    for label in 0..labels.count() {
-        let parent = labels.parent[label] as usize;
-        if parent != label {
-            let root = labels.parent[parent];
-            labels.parent[label] = root;
-            let extent = labels.extent[label];
-            labels.extent[root as usize].add(&extent);
+/// How components of a band are kept, in the order of their first runs.
+pub(super) struct Keeping<'a> {
+    pub(super) plane: &'a Plane<'a>,
+    pub(super) limits: &'a Limits,
+    /// The band's number and its first row.
+    pub(super) band: usize,
+    pub(super) first_row: usize,
+    /// The components that cross into other bands, by label; they are decided on already.
+    pub(super) crossing: &'a [Crossing],
+    /// Where the profiles of the others may begin.
+    pub(super) offset: u32,
+}
+
+impl Keeping<'_> {
+    /// Keeps the components within the limits and lays out their profiles; returns where these end.
+    pub(super) fn keep(
+        mut self,
+        labels: &mut Labels,
+        components: &mut Vec<Component>,
+        profiles: &mut Profiles,
+    ) -> u32 {
+        components.clear();
+        labels.slot.resize(labels.count(), 0);
+        let mut next = 0;
+        for crossing in self.crossing {
+            let label = crossing.label as usize;
+            self.keep_inside(next..label, labels, components);
+            labels.slot[label] = crossing.slot;
+            components.extend(crossing.component);
+            next = label + 1;
         }
+        self.keep_inside(next..labels.count(), labels, components);
+        profiles.resize(self.offset as usize);
+        self.offset
     }
+
+    /// As [`Self::keep`], for labels of which none crosses.
+    fn keep_inside(
+        &mut self,
+        some: std::ops::Range<usize>,
+        labels: &mut Labels,
+        components: &mut Vec<Component>,
+    ) {
+        let mut offset = self.offset;
+        for label in some {
+            let root = labels.parent[label] as usize;
+            if root != label {
+                labels.slot[label] = labels.slot[root];
+                continue;
+            }
+            let extent = labels.extent[label];
+            if !may_be_a_border(&extent, self.plane, self.limits) {
+                labels.slot[label] = Profiles::REJECTED;
+                continue;
+            }
+            labels.slot[label] = slot(offset, extent.top, self.first_row);
+            components.push(Component::new(&extent, offset, Place::Band(self.band as u8)));
+            offset += u32::from(extent.bottom - extent.top) + 1;
+        }
+        self.offset = offset;
+    }
+}
+
+/// Row `y` of a band is entry `slot + y` of a profile; offsets start past the band's last row, so this never wraps.
+pub(super) fn slot(offset: u32, top: u16, first_row: usize) -> u32 {
+    offset - (u32::from(top) - first_row as u32)
 }
 
 /// Large enough, and at most one side cut by the frame: a tag that loses a corner cannot be read.
-fn may_be_a_border(extent: &Extent, plane: &Plane, limits: &Limits) -> bool {
+pub(super) fn may_be_a_border(extent: &Extent, plane: &Plane, limits: &Limits) -> bool {
     let rims = [
         extent.left == 0,
         extent.top == 0,

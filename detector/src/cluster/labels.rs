@@ -1,7 +1,8 @@
 //! Which runs belong together: one pass over the rows with union by smaller label.
 
-use super::Plane;
-use super::runs::{Columns, Ranks, Runs};
+use super::band::Rows;
+use super::contacts::{Contacts, Join, join_rows};
+use super::runs::{Ranks, Runs};
 use crate::simd::Level;
 
 /// How pixels of a plane connect.
@@ -63,8 +64,7 @@ pub(super) struct Labels {
     pub(super) slot: Vec<u32>,
     count: usize,
     ranks: [Ranks; 2],
-    contacts: Columns,
-    contact_bits: Vec<u64>,
+    contacts: Contacts,
 }
 
 const NO_LABEL: u32 = u32::MAX;
@@ -105,10 +105,28 @@ impl Labels {
         }
     }
 
+    /// Makes every label point at its root and adds its extent there. Parents are smaller, so one pass upwards is enough.
+    pub(super) fn merge(&mut self) {
+        for label in 0..self.count {
+            let parent = self.parent[label] as usize;
+            if parent != label {
+                let root = self.parent[parent];
+                self.parent[label] = root;
+                let extent = self.extent[label];
+                self.extent[root as usize].add(&extent);
+            }
+        }
+    }
+
+    /// The component of a run: the label of its first run. Once labels are merged.
+    pub(super) fn component_of(&self, run: usize) -> u32 {
+        self.parent[self.of_run[run] as usize]
+    }
+
     /// Gives labels to the runs of a row that touch nothing above, and counts every run in. The next free label is
     /// made ready for every run, and taken by those that need one: a branch would be mispredicted too often.
     #[inline(always)]
-    fn finish_row(&mut self, runs: &Runs, row: usize) {
+    fn finish_row(&mut self, runs: &Runs, row: usize, row_of_plane: u16) {
         let of_row = runs.of_row(row);
         let room = self.count + of_row.len() + 1;
         if self.parent.len() < room {
@@ -119,83 +137,49 @@ impl Labels {
         let spans = runs.starts()[of_row.clone()].iter().zip(&runs.ends()[of_row]);
         for (label, (start, end)) in labels.iter_mut().zip(spans) {
             self.parent[self.count] = self.count as u32;
-            self.extent[self.count] = Extent::none_yet(row as u16);
+            self.extent[self.count] = Extent::none_yet(row_of_plane);
             let is_new = *label == NO_LABEL;
             *label = if is_new { self.count as u32 } else { *label };
             self.count += usize::from(is_new);
-            self.extent[*label as usize].add_run(*start, *end, row as u16);
+            self.extent[*label as usize].add_run(*start, *end, row_of_plane);
         }
+    }
+}
+
+/// Links the runs of a row with those of the row above.
+struct WithinBand<'a> {
+    upper: &'a Ranks,
+    lower: &'a Ranks,
+    labels: &'a mut Labels,
+}
+
+impl Join for WithinBand<'_> {
+    #[inline(always)]
+    fn join(&mut self, above: usize, below: usize) {
+        self.labels.link(self.upper.run_at(above), self.lower.run_at(below));
     }
 }
 
 /// Finds the runs of all rows and labels them.
 #[inline(always)]
-pub(super) fn label<const EIGHT: bool>(level: Level, plane: &Plane, runs: &mut Runs, labels: &mut Labels) {
+pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Runs, labels: &mut Labels) {
     runs.clear();
     labels.clear();
     let mut ranks = std::mem::take(&mut labels.ranks);
+    let mut contacts = std::mem::take(&mut labels.contacts);
     let mut above: &[u64] = &[];
-    for (row, bits) in plane.bits.chunks_exact(plane.words).enumerate() {
+    for (row, bits) in rows.bits.chunks_exact(rows.words).enumerate() {
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
         runs.push_row(level, bits, current);
         labels.of_run.resize(runs.starts().len(), NO_LABEL);
         if row > 0 && !runs.of_row(row).is_empty() && !runs.of_row(row - 1).is_empty() {
-            link_rows::<EIGHT>(level, above, bits, previous, current, labels);
+            let mut within = WithinBand { upper: previous, lower: current, labels: &mut *labels };
+            join_rows::<EIGHT, _>(level, above, bits, &mut contacts, &mut within);
         }
-        labels.finish_row(runs, row);
+        labels.finish_row(runs, row, (rows.first + row) as u16);
         above = bits;
     }
     labels.ranks = ranks;
-}
-
-/// Links the runs of two rows that touch. Contacts are found 64 columns at a time in the bit planes.
-#[inline(always)]
-fn link_rows<const EIGHT: bool>(
-    level: Level,
-    above: &[u64],
-    below: &[u64],
-    upper: &Ranks,
-    lower: &Ranks,
-    labels: &mut Labels,
-) {
-    let mut contacts = std::mem::take(&mut labels.contacts);
-    labels.contact_bits.resize(above.len(), 0);
-    let mut carry = 0;
-    for ((a, b), contact) in above.iter().zip(below).zip(&mut labels.contact_bits) {
-        let overlap = a & b;
-        *contact = overlap & !(overlap << 1 | carry);
-        carry = overlap >> 63;
-    }
-    contacts.clear();
-    contacts.push(level, &labels.contact_bits);
-    for column in contacts.all() {
-        labels.link(upper.run_at(usize::from(*column)), lower.run_at(usize::from(*column)));
-    }
     labels.contacts = contacts;
-    if EIGHT {
-        link_diagonals(above, below, upper, lower, labels);
-    }
-}
-
-/// Links runs that touch at a corner only.
-#[inline(always)]
-fn link_diagonals(above: &[u64], below: &[u64], upper: &Ranks, lower: &Ranks, labels: &mut Labels) {
-    for i in 0..above.len() {
-        let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
-        let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
-        // The upper run ends at a column and the lower one starts at the next.
-        let mut falling = a & !b & b_next & !a_next;
-        while falling != 0 {
-            let column = i * 64 + falling.trailing_zeros() as usize;
-            labels.link(upper.run_at(column), lower.run_at(column + 1));
-            falling &= falling - 1;
-        }
-        let mut rising = b & !a & a_next & !b_next;
-        while rising != 0 {
-            let column = i * 64 + rising.trailing_zeros() as usize;
-            labels.link(upper.run_at(column + 1), lower.run_at(column));
-            rising &= rising - 1;
-        }
-    }
 }

@@ -6,36 +6,71 @@
 //! the component's first run starts and its last run ends in each row. Dark components are 4-connected and bright ones
 //! 8-connected, as they must be for their borders to match.
 
+mod band;
 mod components;
+mod contacts;
 mod labels;
 mod profiles;
 mod runs;
+mod seams;
 
 pub(crate) use components::{Component, Limits};
 pub(crate) use labels::Connectivity;
 pub(crate) use profiles::Profile;
 
-use crate::simd::{Kernel, Level};
-use components::keep_components;
-use labels::Labels;
-use profiles::{Profiles, fill_profiles};
-use runs::Runs;
+use crate::simd::Level;
+use crate::threads::Threads;
+use band::{Band, Cut};
+use components::{Keeping, Place};
+use profiles::Profiles;
+use seams::Seams;
 
 /// The components of one bit plane. Both colours take turns in the same buffers.
 #[derive(Default)]
 pub(crate) struct Clusters {
-    runs: Runs,
-    labels: Labels,
-    profiles: Profiles,
+    bands: Vec<Band>,
+    seams: Seams,
+    /// Of the components that cross from band to band.
+    crossing: Profiles,
     components: Vec<Component>,
 }
 
+/// Bands that a thread is dealt if all take the same time.
+const BANDS_A_THREAD: usize = 2;
+/// A plane of fewer pixels is searched before another thread is awake, and bands of fewer rows are not worth their seams.
+const LEAST_TO_DEAL: usize = 150_000;
+const LEAST_ROWS: usize = 32;
+
 impl Clusters {
-    /// Finds the components of `plane` (`words` words a row) that `limits` allow.
-    pub(crate) fn fill(&mut self, level: Level, plane: &Plane, limits: &Limits) {
-        level.run(Label { level, plane, clusters: &mut *self });
-        keep_components(&mut self.labels, plane, limits, &mut self.components, &mut self.profiles);
-        level.run(Outline { clusters: self });
+    /// Finds the components of `plane` (`words` words a row) that `limits` allow, in the order of their first runs.
+    pub(crate) fn fill(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits) {
+        let cut = cut(plane, threads);
+        self.fill_cut(level, threads, plane, limits, cut);
+    }
+
+    fn fill_cut(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits, cut: Cut) {
+        if self.bands.len() < cut.bands {
+            self.bands.resize_with(cut.bands, Band::default);
+        }
+        let Self { bands, seams, crossing, components } = self;
+        let bands = &mut bands[..cut.bands];
+        threads.each(bands.iter_mut().enumerate(), |(number, band)| {
+            band.label(level, cut.rows_of(plane, number), plane.connectivity);
+        });
+        seams.join(level, plane, cut, bands, limits);
+        threads.each(bands.iter_mut().enumerate(), |(number, band)| {
+            let keeping = Keeping {
+                plane,
+                limits,
+                band: number,
+                first_row: number * cut.rows,
+                crossing: seams.of_band(number),
+                offset: seams.offset(number),
+            };
+            band.outline(level, keeping);
+        });
+        seams.gather(bands, crossing);
+        gather_components(bands, components);
     }
 
     /// The components that were kept.
@@ -44,9 +79,31 @@ impl Clusters {
     }
 
     /// The outline of a kept component.
+    #[inline(always)]
     pub(crate) fn profile(&self, component: &Component) -> Profile<'_> {
-        self.profiles.of(component)
+        let profiles = match component.place {
+            Place::Band(band) => &self.bands[usize::from(band)].profiles,
+            Place::Crossing => &self.crossing,
+        };
+        profiles.of(component)
     }
+}
+
+/// Puts the components of all bands one after the other.
+fn gather_components(bands: &mut [Band], components: &mut Vec<Component>) {
+    if let [band] = bands {
+        // Hostile frames have so many that copying them would be felt.
+        return std::mem::swap(&mut band.components, components);
+    }
+    components.clear();
+    bands.iter().for_each(|band| components.extend_from_slice(&band.components));
+}
+
+/// Bands for as many threads as there are, where there is enough to do for them.
+fn cut(plane: &Plane, threads: &Threads) -> Cut {
+    let is_worth_it = threads.count() > 1 && plane.width * plane.height >= LEAST_TO_DEAL;
+    let most = (plane.height / LEAST_ROWS).max(1);
+    Cut::new(plane.height, if is_worth_it { (BANDS_A_THREAD * threads.count()).min(most) } else { 1 })
 }
 
 /// One bit plane and how its pixels connect.
@@ -61,39 +118,6 @@ pub(crate) struct Plane<'a> {
     pub(crate) height: usize,
     /// Whether diagonal neighbours belong together.
     pub(crate) connectivity: Connectivity,
-}
-
-struct Label<'a> {
-    level: Level,
-    plane: &'a Plane<'a>,
-    clusters: &'a mut Clusters,
-}
-
-impl Kernel for Label<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Clusters { runs, labels, .. } = self.clusters;
-        match self.plane.connectivity {
-            Connectivity::Four => labels::label::<false>(self.level, self.plane, runs, labels),
-            Connectivity::Eight => labels::label::<true>(self.level, self.plane, runs, labels),
-        }
-    }
-}
-
-struct Outline<'a> {
-    clusters: &'a mut Clusters,
-}
-
-impl Kernel for Outline<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Clusters { runs, labels, profiles, components } = self.clusters;
-        fill_profiles(runs, labels, components, profiles);
-    }
 }
 
 #[cfg(test)]

@@ -32,19 +32,32 @@ impl Profiles {
         }
     }
 
+    /// Where the first profile of a band of so many rows may begin.
+    pub(super) fn first_offset(rows: usize) -> u32 {
+        Self::FIRST.max(rows) as u32
+    }
+
+    /// Appends a part of a profile that another band has filled.
+    pub(super) fn append(&mut self, other: &Profiles, offset: u32, rows: usize) {
+        self.spans.extend_from_slice(&other.spans[offset as usize..][..rows]);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.spans.clear();
+    }
+
+    #[inline(always)]
     pub(super) fn of(&self, component: &Component) -> Profile<'_> {
         let spans = &self.spans[component.offset as usize..][..component.height()];
         Profile { top: usize::from(component.top), spans }
     }
 }
 
-/// Writes the profile of every kept component. A kept component has a run in each of its rows, so nothing needs
-/// clearing: ends are stored from left to right and starts from right to left, and the last write is the right one.
+/// Writes the profiles of the kept components, as far as they lie in these rows. A kept component has a run in each of its
+/// rows, so nothing needs clearing: ends are stored from left to right and starts from right to left, and the last write is
+/// the right one.
 #[inline(always)]
-pub(super) fn fill_profiles(runs: &Runs, labels: &Labels, components: &[Component], profiles: &mut Profiles) {
-    if components.is_empty() {
-        return;
-    }
+pub(super) fn fill_profiles(runs: &Runs, labels: &Labels, profiles: &mut Profiles) {
     let Profiles { spans, slots } = profiles;
     for row in 0..runs.rows() {
         let of_row = runs.of_row(row);

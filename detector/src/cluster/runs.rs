@@ -115,6 +115,18 @@ struct Rank {
 }
 
 impl Ranks {
+    /// Takes a row with so many runs before it.
+    pub(super) fn fill(&mut self, bits: &[u64], mut before: u32) {
+        self.words.clear();
+        let mut carry = 0;
+        for word in bits {
+            let starts = word & !(word << 1 | carry);
+            carry = word >> 63;
+            self.words.push(Rank { starts, before });
+            before += starts.count_ones();
+        }
+    }
+
     fn resize(&mut self, words: usize) {
         self.words.resize(words, Rank::default());
     }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::simd::Level;
+use crate::threads::Threads;
 
 /// A plane drawn with `#` for set pixels.
 fn drawn(picture: &str) -> (Vec<u64>, usize, usize) {
@@ -15,11 +16,30 @@ fn drawn(picture: &str) -> (Vec<u64>, usize, usize) {
     (bits, width, rows.len())
 }
 
+const ALL: Limits = Limits { side: 1, area: 1 };
+
+fn plane(bits: &[u64], width: usize, height: usize, connectivity: Connectivity) -> Plane<'_> {
+    Plane { bits, words: width / 64 + 1, width, height, connectivity }
+}
+
 fn clusters(bits: &[u64], width: usize, height: usize, connectivity: Connectivity, level: Level) -> Clusters {
     let mut clusters = Clusters::default();
-    let plane = Plane { bits, words: width / 64 + 1, width, height, connectivity };
-    clusters.fill(level, &plane, &Limits { side: 1, area: 1 });
+    let mut threads = Threads::start(1).unwrap();
+    clusters.fill(level, &mut threads, &plane(bits, width, height, connectivity), &ALL);
     clusters
+}
+
+/// Pixels at random: `density` of four are set.
+fn random_bits(width: usize, height: usize, density: u64, state: &mut u64) -> Vec<u64> {
+    let words = width / 64 + 1;
+    let mut bits = vec![0u64; words * height];
+    for y in 0..height {
+        for x in 0..width {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            bits[y * words + x / 64] |= u64::from((*state >> 60) < 4 * density) << (x % 64);
+        }
+    }
+    bits
 }
 
 #[test]
@@ -103,15 +123,8 @@ fn random_planes_have_the_components_that_a_flood_fill_finds_at_every_level() {
     let mut state = 42u64;
     for width in [1, 7, 63, 64, 65, 130, 200] {
         for density in [1, 2, 3] {
-            let (height, words) = (40, width / 64 + 1);
-            let mut bits = vec![0u64; words * height];
-            for y in 0..height {
-                for x in 0..width {
-                    state =
-                        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    bits[y * words + x / 64] |= u64::from((state >> 60) < 4 * density) << (x % 64);
-                }
-            }
+            let height = 40;
+            let bits = random_bits(width, height, density, &mut state);
             for connectivity in [Connectivity::Four, Connectivity::Eight] {
                 let expected = flood_boxes(&bits, width, height, connectivity == Connectivity::Eight);
                 for level in Level::available() {
@@ -126,6 +139,50 @@ fn random_planes_have_the_components_that_a_flood_fill_finds_at_every_level() {
                         boxes, expected,
                         "width {width}, density {density}, {connectivity:?}, {level}"
                     );
+                }
+            }
+        }
+    }
+}
+
+/// Everything that is known of the kept components, in their order.
+fn outlines(clusters: &Clusters) -> Vec<([u16; 4], usize, Vec<[u16; 2]>)> {
+    let of = |component: &Component| {
+        let Component { left, top, right, bottom, .. } = *component;
+        let profile = clusters.profile(component);
+        ([left, top, right, bottom], profile.top, profile.spans.to_vec())
+    };
+    clusters.components().iter().map(of).collect()
+}
+
+#[test]
+fn planes_cut_into_bands_have_the_same_components_in_the_same_order() {
+    let mut state = 43u64;
+    let mut threads = Threads::start(2).unwrap();
+    let mut cut_up = Clusters::default();
+    for (width, height) in [(1, 9), (40, 37), (64, 40), (130, 23), (5, 100)] {
+        // Few pixels give small components, many give a few that wind through all bands.
+        for density in [1, 2, 3] {
+            let bits = random_bits(width, height, density, &mut state);
+            for connectivity in [Connectivity::Four, Connectivity::Eight] {
+                let plane = plane(&bits, width, height, connectivity);
+                for limits in [ALL, Limits { side: 3, area: 6 }] {
+                    let mut whole = Clusters::default();
+                    whole.fill_cut(Level::best(), &mut threads, &plane, &limits, Cut::new(height, 1));
+                    for bands in 2..=height.min(12) {
+                        cut_up.fill_cut(
+                            Level::best(),
+                            &mut threads,
+                            &plane,
+                            &limits,
+                            Cut::new(height, bands),
+                        );
+                        assert_eq!(
+                            outlines(&cut_up),
+                            outlines(&whole),
+                            "{width}x{height}, density {density}, {connectivity:?}, {limits:?}, {bands} bands"
+                        );
+                    }
                 }
             }
         }

@@ -49,8 +49,13 @@ impl Contour {
             self.of_row[1][row] = self.last_point();
             if row + 1 < rows {
                 let next = span(row + 1)[1];
-                (right..next).for_each(|x| self.look(edges, [x, y + 1], [x, y]));
-                (next..right).rev().for_each(|x| self.look(edges, [x, y], [x, y + 1]));
+                // Loops, since closures would be compiled without the level's instructions.
+                for x in right..next {
+                    self.look(edges, [x, y + 1], [x, y]);
+                }
+                for x in (next..right).rev() {
+                    self.look(edges, [x, y], [x, y + 1]);
+                }
             }
         }
         for x in (span(rows - 1)[0]..span(rows - 1)[1]).rev() {
@@ -62,8 +67,12 @@ impl Contour {
             self.of_row[0][row] = self.last_point();
             if row > 0 {
                 let above = span(row - 1)[0];
-                (above..left).rev().for_each(|x| self.look(edges, [x, y - 1], [x, y]));
-                (left..above).for_each(|x| self.look(edges, [x, y], [x, y - 1]));
+                for x in (above..left).rev() {
+                    self.look(edges, [x, y - 1], [x, y]);
+                }
+                for x in left..above {
+                    self.look(edges, [x, y], [x, y - 1]);
+                }
             }
         }
     }
