@@ -149,7 +149,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
     fn binarize<R: Raster>(&mut self, raster: R, scale: Scale) {
         let has = |border| self.readers.iter().any(|reader| reader.border == border);
         let colours = Colours { dark: has(Border::Normal), bright: has(Border::Reversed) };
-        binarize(self.level, raster, colours, scale, &mut self.buffers.planes);
+        binarize(self.level, self.threads, raster, colours, scale, &mut self.buffers.planes);
     }
 
     /// Adds the quads that have this border, if any family has.

@@ -26,28 +26,42 @@ pub(super) fn votes(tile_row: usize) -> bool {
     tile_row % ROW_STEP == 1
 }
 
-/// The least range (largest minus smallest value) of a 3x3 window of tiles that counts as content, in grey levels. Only
-/// the rows of tiles that vote are looked at.
-pub(super) fn contrast_limit(tiles: usize, minima: &[u8], maxima: &[u8], are_averages: bool) -> u8 {
-    let quantile = flat_range(&histogram(tiles, minima, maxima));
-    let sigma = (quantile / FLAT_RANGE_SIGMAS).max(0.0);
-    let sigmas = if are_averages { SIGMAS_OF_AVERAGES } else { SIGMAS };
-    ((sigmas * sigma).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
+/// How many unclipped tiles have each range (largest minus smallest value).
+pub(super) struct Ranges([u32; 256]);
+
+impl Default for Ranges {
+    fn default() -> Self {
+        Self([0; 256])
+    }
 }
 
-/// How many unclipped tiles have each range.
-fn histogram(tiles: usize, minima: &[u8], maxima: &[u8]) -> [u32; 256] {
-    let mut counts = [0; 256];
-    let rows = minima.chunks_exact(tiles).zip(maxima.chunks_exact(tiles));
-    for (_, (low, high)) in rows.enumerate().filter(|(row, _)| votes(*row)) {
-        for (low, high) in low.iter().zip(high) {
+impl Ranges {
+    pub(super) fn clear(&mut self) {
+        self.0.fill(0);
+    }
+
+    /// Counts a row of tiles.
+    #[inline(always)]
+    pub(super) fn add(&mut self, minima: &[u8], maxima: &[u8]) {
+        for (low, high) in minima.iter().zip(maxima) {
             // A range is only counted where it is known: the smallest value below white, the largest above black.
             if *low < UNCLIPPED.end && *high >= UNCLIPPED.start {
-                counts[usize::from(high - low)] += 1;
+                self.0[usize::from(high - low)] += 1;
             }
         }
     }
-    counts
+
+    pub(super) fn add_all(&mut self, others: &Ranges) {
+        self.0.iter_mut().zip(&others.0).for_each(|(count, other)| *count += other);
+    }
+}
+
+/// The least range of a 3x3 window of tiles that counts as content, in grey levels, from the ranges of the tiles that vote.
+pub(super) fn contrast_limit(ranges: &Ranges, are_averages: bool) -> u8 {
+    let quantile = flat_range(&ranges.0);
+    let sigma = (quantile / FLAT_RANGE_SIGMAS).max(0.0);
+    let sigmas = if are_averages { SIGMAS_OF_AVERAGES } else { SIGMAS };
+    ((sigmas * sigma).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
 }
 
 /// The range below which a twentieth of the tiles lie, interpolated inside its histogram bin.
@@ -68,21 +82,38 @@ fn flat_range(counts: &[u32; 256]) -> f32 {
 mod tests {
     use super::*;
 
+    fn limit(minima: &[u8], maxima: &[u8]) -> u8 {
+        let mut ranges = Ranges::default();
+        ranges.add(minima, maxima);
+        contrast_limit(&ranges, false)
+    }
+
     #[test]
     fn a_flat_frame_asks_for_the_least_contrast() {
-        assert_eq!(contrast_limit(8, &[100; 64], &[100; 64], false), 5);
+        assert_eq!(limit(&[100; 64], &[100; 64]), 5);
     }
 
     #[test]
     fn an_empty_histogram_asks_for_the_least_contrast() {
-        assert_eq!(contrast_limit(4, &[], &[], false), 5);
-        assert_eq!(contrast_limit(2, &[255; 16], &[255; 16], false), 5, "all clipped");
+        assert_eq!(limit(&[], &[]), 5);
+        assert_eq!(limit(&[255; 16], &[255; 16]), 5, "all clipped");
     }
 
     #[test]
     fn the_limit_follows_the_noise_and_is_clamped() {
-        let limit = |range: u8| contrast_limit(8, &[100; 64], &[100 + range; 64], false);
-        assert!(limit(5) > 12 && limit(5) < 22, "{}", limit(5));
-        assert_eq!(limit(60), 40);
+        let of_range = |range: u8| limit(&[100; 64], &[100 + range; 64]);
+        assert!(of_range(5) > 12 && of_range(5) < 22, "{}", of_range(5));
+        assert_eq!(of_range(60), 40);
+    }
+
+    #[test]
+    fn ranges_that_are_counted_apart_are_those_of_the_whole() {
+        let (mut sum, mut rest) = (Ranges::default(), Ranges::default());
+        sum.add(&[90; 40], &[93; 40]);
+        rest.add(&[90; 9], &[101; 9]);
+        rest.clear();
+        rest.add(&[80; 24], &[101; 24]);
+        sum.add_all(&rest);
+        assert_eq!((sum.0[3], sum.0[11], sum.0[21]), (40, 0, 24));
     }
 }

@@ -1,9 +1,11 @@
-//! Bit planes of dark and of bright pixels, made in one pass over the rows of the raster.
+//! Bit planes of dark and of bright pixels, made in strips that threads share.
 
 use super::cuts::Cuts;
-use super::noise;
+use super::noise::{self, Ranges};
 use super::raster::Raster;
-use crate::simd::{self, Kernel, Level};
+use super::strip::{Measure, Part, Scratch, Strip, Threshold};
+use crate::simd::Level;
+use crate::threads::Threads;
 
 /// Dark and bright pixels of the search grid, one bit each. Rows have a bit more than they need, which is never set,
 /// so that every run of pixels ends inside its row.
@@ -19,11 +21,8 @@ pub(crate) struct Planes {
     pub(crate) cuts: Cuts,
     /// The contrast that the frame's noise asked for, grey levels.
     pub(crate) contrast_limit: u8,
-    minima: Vec<u8>,
-    maxima: Vec<u8>,
-    slots: Slots,
-    unwanted: Vec<u64>,
-    cut_of_pixel: Vec<u8>,
+    /// At least one for each strip.
+    scratches: Vec<Scratch>,
 }
 
 /// Which bit planes are asked for: at least one.
@@ -50,171 +49,117 @@ pub(crate) enum Contrast {
     Least(u8),
 }
 
+/// Strips that a thread is dealt.
+const STRIPS_A_THREAD: usize = 2;
+/// A raster of fewer pixels is binarized before another thread is awake.
+const LEAST_TO_DEAL: usize = 600_000;
+
 /// Fills `planes` from `raster`.
 pub(crate) fn binarize<R: Raster>(
     level: Level,
+    threads: &mut Threads,
     raster: R,
     colours: Colours,
     scale: Scale,
     planes: &mut Planes,
 ) {
     match scale {
-        Scale::Four(contrast) => level.run(Binarize::<R, 4> { level, raster, colours, contrast, planes }),
-        Scale::Two(contrast) => level.run(Binarize::<R, 2> { level, raster, colours, contrast, planes }),
+        Scale::Four(contrast) => {
+            let measures = matches!(contrast, Contrast::Measured);
+            fill(threads, &Request::<R, 4> { level, raster, colours, contrast, measures }, planes);
+        }
+        Scale::Two(contrast) => {
+            fill(threads, &Request::<R, 2> { level, raster, colours, contrast, measures: false }, planes);
+        }
     }
 }
 
-/// `TILE` is the width of a tile in pixels.
-struct Binarize<'p, R, const TILE: usize> {
+/// What is asked for, with tiles of `TILE` pixels.
+struct Request<R, const TILE: usize> {
     level: Level,
     raster: R,
     colours: Colours,
     contrast: Contrast,
-    planes: &'p mut Planes,
+    /// Whether the frame's noise is measured.
+    measures: bool,
 }
 
-impl<R: Raster, const TILE: usize> Kernel for Binarize<'_, R, TILE> {
-    type Output = ();
-
-    /// The frame's noise from some rows of tiles, then one pass in which thresholds follow a row of tiles behind the extremes,
-    /// while its pixels are still in the nearest cache: a frame that comes from memory is read little more than once.
-    #[inline(always)]
-    fn run(mut self) {
-        let (tiles, tile_rows) = self.resize();
-        let measures = TILE == 4 && matches!(self.contrast, Contrast::Measured);
-        for row in (0..tile_rows).filter(|row| measures && noise::votes(*row)) {
-            self.fetch(row);
-            self.find_extremes(row, tiles);
-        }
-        let Planes { minima, maxima, contrast_limit, .. } = &mut *self.planes;
-        if let Contrast::Least(least) = self.contrast {
-            *contrast_limit = least;
-        } else if measures {
-            *contrast_limit = noise::contrast_limit(tiles, minima, maxima, R::ARE_AVERAGES);
-        }
-        for row in 0..=tile_rows {
-            if row < tile_rows {
-                self.fetch(row);
-                if !(measures && noise::votes(row)) {
-                    self.find_extremes(row, tiles);
-                }
-            }
-            if row > 0 {
-                self.cut(row - 1);
-            }
-        }
+/// The frame's noise from some rows of tiles, then one pass in which thresholds follow a row of tiles behind the extremes,
+/// while its pixels are still in the nearest cache: a frame that comes from memory is read little more than once.
+fn fill<R: Raster, const TILE: usize>(
+    threads: &mut Threads,
+    request: &Request<R, TILE>,
+    planes: &mut Planes,
+) {
+    let Request { level, raster, measures, .. } = *request;
+    let tile_rows = raster.height().div_ceil(TILE);
+    let length = strip_length(threads, raster.width() * raster.height(), tile_rows);
+    planes.resize(request, length);
+    let strip = |number: usize| Strip::<R, TILE>::new(level, raster, number * length, length);
+    if measures {
+        let scratches = &mut planes.scratches[..tile_rows.div_ceil(length)];
+        threads.each(scratches.iter_mut().enumerate(), |(number, scratch)| {
+            level.run(Measure { strip: strip(number), scratch });
+        });
+        planes.contrast_limit = noise::contrast_limit(&ranges_of(scratches), R::ARE_AVERAGES);
+    } else if let Contrast::Least(least) = request.contrast {
+        planes.contrast_limit = least;
     }
+    let limit = planes.contrast_limit;
+    threads.each(planes.parts(request, length), |(number, part)| {
+        level.run(Threshold { strip: strip(number), are_measured: measures, limit, part });
+    });
 }
 
-impl<R: Raster, const TILE: usize> Binarize<'_, R, TILE> {
-    /// Makes room; returns how many tiles a row and rows of tiles there are.
-    fn resize(&mut self) -> (usize, usize) {
-        let (width, height) = (self.raster.width(), self.raster.height());
+/// What strips have measured, together.
+fn ranges_of(scratches: &[Scratch]) -> Ranges {
+    let mut sum = Ranges::default();
+    scratches.iter().for_each(|scratch| sum.add_all(&scratch.ranges));
+    sum
+}
+
+/// Rows of tiles a strip: all have as many but for the last.
+fn strip_length(threads: &Threads, pixels: usize, tile_rows: usize) -> usize {
+    let is_worth_it = threads.count() > 1 && pixels >= LEAST_TO_DEAL;
+    tile_rows.div_ceil(if is_worth_it { STRIPS_A_THREAD * threads.count() } else { 1 })
+}
+
+impl Planes {
+    /// Makes room for strips of so many rows of tiles.
+    fn resize<R: Raster, const TILE: usize>(&mut self, request: &Request<R, TILE>, length: usize) {
+        let (width, height) = (request.raster.width(), request.raster.height());
         let (tiles, tile_rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let planes = &mut *self.planes;
-        planes.words = width / 64 + 1;
-        planes.minima.resize(tiles * tile_rows, 0);
-        planes.maxima.resize(tiles * tile_rows, 0);
-        planes.cuts.resize(TILE, tiles, tile_rows);
-        planes.slots.resize(TILE, width);
-        planes.unwanted.resize(planes.words, 0);
-        planes.cut_of_pixel.resize(width, 0);
-        let Colours { dark, bright } = self.colours;
-        for (plane, is_wanted) in [(&mut planes.dark, dark), (&mut planes.bright, bright)] {
+        self.words = width / 64 + 1;
+        self.cuts.resize(TILE, tiles, tile_rows);
+        let strips = tile_rows.div_ceil(length);
+        if self.scratches.len() < strips {
+            self.scratches.resize_with(strips, Scratch::default);
+        }
+        self.scratches[..strips].iter_mut().for_each(|scratch| scratch.resize(TILE, width, length));
+        let Colours { dark, bright } = request.colours;
+        for (plane, is_wanted) in [(&mut self.dark, dark), (&mut self.bright, bright)] {
             if is_wanted {
-                plane.resize(planes.words * height, 0);
+                plane.resize(self.words * height, 0);
             }
         }
-        (tiles, tile_rows)
     }
 
-    /// The last row of tiles repeats the raster's last row where it has fewer than a tile.
-    #[inline(always)]
-    fn row_of(&self, tile_row: usize, i: usize) -> usize {
-        (tile_row * TILE + i).min(self.raster.height() - 1)
-    }
-
-    #[inline(always)]
-    fn fetch(&mut self, tile_row: usize) {
-        for i in 0..TILE {
-            let y = self.row_of(tile_row, i);
-            self.raster.fetch(self.level, y, self.planes.slots.of_mut(tile_row, i));
-        }
-    }
-
-    #[inline(always)]
-    fn find_extremes(&mut self, tile_row: usize, tiles: usize) {
-        let mut rows: [&[u8]; TILE] = [&[]; TILE];
-        for (i, row) in rows.iter_mut().enumerate() {
-            *row = self.raster.fetched(self.row_of(tile_row, i), self.planes.slots.of(tile_row, i));
-        }
-        let low = &mut self.planes.minima[tile_row * tiles..][..tiles];
-        let high = &mut self.planes.maxima[tile_row * tiles..][..tiles];
-        match rows[..] {
-            [a, b, c, d] => simd::tile_extrema(self.level, [a, b, c, d], low, high),
-            [a, b] => simd::pair_extrema([a, b], low, high),
-            _ => unreachable!("tiles are four or two pixels high"),
-        }
-    }
-
-    /// The cuts of a row of tiles and the bits of its pixels.
-    #[inline(always)]
-    fn cut(&mut self, tile_row: usize) {
-        let Planes {
-            words,
-            dark,
-            bright,
+    /// What each strip fills, numbered.
+    fn parts<R: Raster, const TILE: usize>(
+        &mut self,
+        request: &Request<R, TILE>,
+        length: usize,
+    ) -> impl ExactSizeIterator<Item = (usize, Part<'_>)> + Send {
+        let Self { words, dark, bright, cuts, scratches, .. } = self;
+        let of_strip = length * TILE * *words;
+        let (mut dark, mut bright) = (dark.chunks_mut(of_strip), bright.chunks_mut(of_strip));
+        let Colours { dark: wants_dark, bright: wants_bright } = request.colours;
+        let parts = scratches.iter_mut().zip(cuts.chunks_mut(length)).map(move |(scratch, cuts)| Part {
+            dark: dark.next().filter(|_| wants_dark),
+            bright: bright.next().filter(|_| wants_bright),
             cuts,
-            contrast_limit,
-            minima,
-            maxima,
-            slots,
-            unwanted,
-            cut_of_pixel,
-        } = &mut *self.planes;
-        cuts.fill_row(tile_row, minima, maxima, *contrast_limit);
-        cuts.spread::<TILE>(tile_row, cut_of_pixel);
-        let first = tile_row * TILE;
-        for y in first..(first + TILE).min(self.raster.height()) {
-            let row = self.raster.fetched(y, slots.of(tile_row, y - first));
-            let bits = y * *words..(y + 1) * *words;
-            let (dark, bright) = match self.colours {
-                Colours { dark: true, bright: true } => (&mut dark[bits.clone()], &mut bright[bits]),
-                Colours { dark: true, bright: false } => (&mut dark[bits], &mut unwanted[..]),
-                Colours { dark: false, .. } => (&mut unwanted[..], &mut bright[bits]),
-            };
-            simd::threshold_row(self.level, row, cut_of_pixel, dark, bright);
-        }
-    }
-}
-
-/// Rows of the raster that are contiguous nowhere else: those of two rows of tiles.
-#[derive(Default)]
-struct Slots {
-    tile: usize,
-    width: usize,
-    bytes: Vec<u8>,
-}
-
-impl Slots {
-    fn resize(&mut self, tile: usize, width: usize) {
-        (self.tile, self.width) = (tile, width);
-        self.bytes.resize(2 * tile * width, 0);
-    }
-
-    #[inline(always)]
-    fn start(&self, tile_row: usize, i: usize) -> usize {
-        (tile_row % 2 * self.tile + i) * self.width
-    }
-
-    #[inline(always)]
-    fn of(&self, tile_row: usize, i: usize) -> &[u8] {
-        &self.bytes[self.start(tile_row, i)..][..self.width]
-    }
-
-    #[inline(always)]
-    fn of_mut(&mut self, tile_row: usize, i: usize) -> &mut [u8] {
-        let start = self.start(tile_row, i);
-        &mut self.bytes[start..][..self.width]
+            scratch,
+        });
+        parts.enumerate()
     }
 }

@@ -1,0 +1,213 @@
+//! Some rows of tiles, which one thread works on.
+
+use super::cuts::{Columns, fill_row, spread};
+use super::noise::{self, Ranges};
+use super::raster::Raster;
+use crate::simd::{self, Kernel, Level};
+
+/// Rows of tiles of `TILE` pixels of a raster.
+#[derive(Clone, Copy)]
+pub(super) struct Strip<R, const TILE: usize> {
+    level: Level,
+    raster: R,
+    /// The first row of tiles, and the one behind the last.
+    first: usize,
+    end: usize,
+    /// Rows of tiles that the raster has.
+    all: usize,
+}
+
+/// What a thread needs for a strip.
+#[derive(Default)]
+pub(super) struct Scratch {
+    /// Extremes of the strip's tiles and of a row of tiles before and behind it.
+    minima: Vec<u8>,
+    maxima: Vec<u8>,
+    /// Tiles a row.
+    tiles: usize,
+    slots: Slots,
+    columns: Columns,
+    cut_of_pixel: Vec<u8>,
+    unwanted: Vec<u64>,
+    pub(super) ranges: Ranges,
+}
+
+impl Scratch {
+    /// Makes room for strips of so many rows of tiles.
+    pub(super) fn resize(&mut self, tile: usize, width: usize, length: usize) {
+        self.tiles = width.div_ceil(tile);
+        self.minima.resize(self.tiles * (length + 2), 0);
+        self.maxima.resize(self.tiles * (length + 2), 0);
+        self.slots.resize(tile, width);
+        self.columns.resize(self.tiles);
+        self.cut_of_pixel.resize(width, 0);
+        self.unwanted.resize(width / 64 + 1, 0);
+    }
+}
+
+impl<R: Raster, const TILE: usize> Strip<R, TILE> {
+    /// `length` rows of tiles from the row `first` on, or as many as there are.
+    pub(super) fn new(level: Level, raster: R, first: usize, length: usize) -> Self {
+        let all = raster.height().div_ceil(TILE);
+        Self { level, raster, first, end: (first + length).min(all), all }
+    }
+
+    /// The first row of tiles whose extremes are needed.
+    fn before(&self) -> usize {
+        self.first.saturating_sub(1)
+    }
+
+    /// The last row of tiles repeats the raster's last row where it has fewer than a tile.
+    #[inline(always)]
+    fn row_of(&self, tile_row: usize, i: usize) -> usize {
+        (tile_row * TILE + i).min(self.raster.height() - 1)
+    }
+
+    #[inline(always)]
+    fn fetch(&self, tile_row: usize, slots: &mut Slots) {
+        for i in 0..TILE {
+            self.raster.fetch(self.level, self.row_of(tile_row, i), slots.of_mut(tile_row, i));
+        }
+    }
+
+    /// The places of a row of tiles among the extremes.
+    #[inline(always)]
+    fn places(&self, tile_row: usize, scratch: &Scratch) -> std::ops::Range<usize> {
+        let place = (tile_row - self.before()) * scratch.tiles;
+        place..place + scratch.tiles
+    }
+
+    #[inline(always)]
+    fn find_extremes(&self, tile_row: usize, scratch: &mut Scratch) {
+        let places = self.places(tile_row, scratch);
+        let Scratch { minima, maxima, slots, .. } = scratch;
+        let mut rows: [&[u8]; TILE] = [&[]; TILE];
+        for (i, row) in rows.iter_mut().enumerate() {
+            *row = self.raster.fetched(self.row_of(tile_row, i), slots.of(tile_row, i));
+        }
+        let (low, high) = (&mut minima[places.clone()], &mut maxima[places]);
+        match rows[..] {
+            [a, b, c, d] => simd::tile_extrema(self.level, [a, b, c, d], low, high),
+            [a, b] => simd::pair_extrema([a, b], low, high),
+            _ => unreachable!("tiles are four or two pixels high"),
+        }
+    }
+}
+
+/// Measures the noise in the rows of tiles of a strip that have a vote, and keeps their extremes.
+pub(super) struct Measure<'p, R, const TILE: usize> {
+    pub(super) strip: Strip<R, TILE>,
+    pub(super) scratch: &'p mut Scratch,
+}
+
+impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { strip, scratch } = self;
+        scratch.ranges.clear();
+        for row in (strip.first..strip.end).filter(|row| noise::votes(*row)) {
+            strip.fetch(row, &mut scratch.slots);
+            strip.find_extremes(row, scratch);
+            let places = strip.places(row, scratch);
+            scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
+        }
+    }
+}
+
+/// What a strip fills: its part of the wanted planes and of the cuts.
+pub(super) struct Part<'p> {
+    pub(super) dark: Option<&'p mut [u64]>,
+    pub(super) bright: Option<&'p mut [u64]>,
+    pub(super) cuts: &'p mut [u8],
+    pub(super) scratch: &'p mut Scratch,
+}
+
+/// Finds the cuts and the bits of a strip.
+pub(super) struct Threshold<'p, R, const TILE: usize> {
+    pub(super) strip: Strip<R, TILE>,
+    /// Whether the rows of tiles that have a vote have their extremes already.
+    pub(super) are_measured: bool,
+    /// The contrast that is asked for, grey levels.
+    pub(super) limit: u8,
+    pub(super) part: Part<'p>,
+}
+
+impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let strip = self.strip;
+        for row in strip.before()..=strip.end {
+            if row < strip.all {
+                strip.fetch(row, &mut self.part.scratch.slots);
+                let is_own = (strip.first..strip.end).contains(&row);
+                if !(is_own && self.are_measured && noise::votes(row)) {
+                    strip.find_extremes(row, self.part.scratch);
+                }
+            }
+            if row > strip.first {
+                self.cut(row - 1);
+            }
+        }
+    }
+}
+
+impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
+    /// The cuts of a row of tiles and the bits of its pixels.
+    #[inline(always)]
+    fn cut(&mut self, tile_row: usize) {
+        let Self { strip, limit, part: Part { dark, bright, cuts, scratch }, .. } = self;
+        let around = [tile_row.saturating_sub(1), tile_row, (tile_row + 1).min(strip.all - 1)];
+        let around = around.map(|row| strip.places(row, scratch));
+        let Scratch { minima, maxima, tiles, slots, columns, cut_of_pixel, unwanted, .. } = &mut **scratch;
+        let cuts = &mut cuts[(tile_row - strip.first) * *tiles..][..*tiles];
+        fill_row(around, minima, maxima, *limit, columns, cuts);
+        spread::<TILE>(cuts, cut_of_pixel);
+        let (words, top) = (unwanted.len(), strip.first * TILE);
+        for y in strip.row_of(tile_row, 0)..=strip.row_of(tile_row, TILE - 1) {
+            let row = strip.raster.fetched(y, slots.of(tile_row, y % TILE));
+            let bits = (y - top) * words..(y - top + 1) * words;
+            let (dark, bright) = match (dark.as_deref_mut(), bright.as_deref_mut()) {
+                (Some(dark), Some(bright)) => (&mut dark[bits.clone()], &mut bright[bits]),
+                (Some(dark), None) => (&mut dark[bits], &mut unwanted[..]),
+                (None, Some(bright)) => (&mut unwanted[..], &mut bright[bits]),
+                (None, None) => return,
+            };
+            simd::threshold_row(strip.level, row, cut_of_pixel, dark, bright);
+        }
+    }
+}
+
+/// Rows of the raster that are contiguous nowhere else: those of two rows of tiles.
+#[derive(Default)]
+struct Slots {
+    tile: usize,
+    width: usize,
+    bytes: Vec<u8>,
+}
+
+impl Slots {
+    fn resize(&mut self, tile: usize, width: usize) {
+        (self.tile, self.width) = (tile, width);
+        self.bytes.resize(2 * tile * width, 0);
+    }
+
+    #[inline(always)]
+    fn start(&self, tile_row: usize, i: usize) -> usize {
+        (tile_row % 2 * self.tile + i) * self.width
+    }
+
+    #[inline(always)]
+    fn of(&self, tile_row: usize, i: usize) -> &[u8] {
+        &self.bytes[self.start(tile_row, i)..][..self.width]
+    }
+
+    #[inline(always)]
+    fn of_mut(&mut self, tile_row: usize, i: usize) -> &mut [u8] {
+        let start = self.start(tile_row, i);
+        &mut self.bytes[start..][..self.width]
+    }
+}
