@@ -1,5 +1,7 @@
 //! What each search finds that a quicker one does not.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;
 
@@ -23,9 +25,9 @@ struct Look {
 fn picture(family: &Family, look: &Look, random: &mut Stream) -> (u32, Vec<u8>) {
     let id = random.below(family.codes().len() as u64) as u32;
     let turn = Turn {
-        rotation_rad: random.between(0.0, 6.28),
+        rotation_rad: random.between(0.0, std::f64::consts::TAU),
         tilt_rad: random.between(0.0, 0.4),
-        tilt_direction_rad: random.between(0.0, 6.28),
+        tilt_direction_rad: random.between(0.0, std::f64::consts::TAU),
     };
     let middle = SIDE as f64 * 0.5;
     let view = View { centre: [middle; 2], cell_px: look.cell_px, turn, focal_px: 800.0 };

@@ -25,6 +25,8 @@ pub(crate) struct Component {
     pub(crate) top: u16,
     /// Last row.
     pub(crate) bottom: u16,
+    /// Pixels.
+    pub(crate) area: u32,
     /// Where the profile begins among those of its place.
     pub(super) offset: u32,
     pub(super) place: Place,
@@ -53,8 +55,8 @@ impl Component {
 
 impl Component {
     pub(super) fn new(extent: &Extent, offset: u32, place: Place) -> Self {
-        let Extent { left, right, top, bottom, .. } = *extent;
-        Self { left, right, top, bottom, offset, place }
+        let Extent { left, right, top, bottom, area } = *extent;
+        Self { left, right, top, bottom, area, offset, place }
     }
 }
 

@@ -130,10 +130,11 @@ impl Contour {
             for k in 0..4 {
                 corners[k] = lines[(k + 3) % 4].meet(&lines[k])?;
             }
-            if round == rules::ROUNDS {
+            let moved = self.nearest_points(&splits, &corners);
+            if round == rules::ROUNDS || moved == splits {
                 return lines_are_straight(&lines, &corners).then_some(corners);
             }
-            splits = self.nearest_points(&splits, &corners);
+            splits = moved;
         }
         None
     }

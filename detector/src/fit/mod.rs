@@ -137,6 +137,9 @@ fn fit_component<R: Raster>(
         return None;
     }
     scratch.outline.fill(&profile, component);
+    if is_full(source, component, scratch.outline.area) {
+        return None;
+    }
     let four = corners::extreme_points(&scratch.outline)?;
     let start = scratch.outline.clockwise(four);
     if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
@@ -157,4 +160,13 @@ fn fit_component<R: Raster>(
     let size = [component.width() as f64, component.height() as f64];
     shape::is_tag_like(&corners, size, source.shortest_side)
         .then(|| corners.map(|[x, y]| [x + f64::from(edges.centre[0]), y + f64::from(edges.centre[1])]))
+}
+
+/// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
+/// vanish in blur, so that the rule holds for those only where a frame has more components than a picture can.
+#[inline(always)]
+fn is_full<R>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
+    let is_crowded = source.clusters.components().len() > rules::CROWD;
+    let applies = source.border == Border::Normal || is_crowded;
+    applies && component.area as f32 > rules::FULLEST * outline_area
 }

@@ -13,6 +13,13 @@ pub(super) fn longest_outline(width: usize, height: usize) -> i32 {
     (1.35 * 2.0 * (width + height) as f32) as i32 + 8
 }
 
+/// The largest share of its outline that a black component may fill: inside of a tag's border there is white. None of some
+/// 4,000 rendered tags (blur, noise, tilt, motion; decimation 1 to 3) and 488 real ones is lost; at 0.97 two are, at 0.93 a
+/// hundredth of them.
+pub(super) const FULLEST: f32 = 0.985;
+/// More components than this are no picture but a pattern: natural pictures of 1.2 megapixels have some 840.
+pub(super) const CROWD: usize = 2000;
+
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
     0.15 * area + 0.25 * (width + height) as f32 + 4.0

@@ -5,7 +5,7 @@ use tagbus_family::Found;
 use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
-use super::sample::Frame;
+use super::sample::{Frame, LANES};
 
 /// The bits of a quad, whether they are a tag's or not.
 #[derive(Clone, Copy, Debug)]
@@ -63,14 +63,24 @@ pub(crate) fn sample(
 fn fill_grid(frame: &Frame, reader: &Reader, homography: &Homography, border: &Border, grid: &mut Vec<f32>) {
     grid.clear();
     grid.resize(reader.grid_width * reader.grid_width, 0.0);
-    for cell in &reader.known {
-        let half = ((border.white.at(cell.centre) - border.black.at(cell.centre)) * 0.5).max(1.0);
-        grid[cell.place] = if cell.white { half } else { -half };
+    for (cells, sign) in [(&reader.lanes.white_known, 1.0), (&reader.lanes.black_known, -1.0)] {
+        for cells in cells {
+            let (white, black) =
+                (border.white.at_all(&cells.x, &cells.y), border.black.at_all(&cells.x, &cells.y));
+            for i in 0..LANES {
+                grid[cells.places[i]] = sign * ((white[i] - black[i]) * 0.5).max(1.0);
+            }
+        }
     }
-    for cell in &reader.data {
-        let threshold = (border.white.at(cell.centre) + border.black.at(cell.centre)) * 0.5;
-        // A cell outside of the frame stays undecided.
-        grid[cell.place] = frame.at(homography.project(cell.centre)).map_or(0.0, |value| value - threshold);
+    for cells in &reader.lanes.data {
+        let (white, black) =
+            (border.white.at_all(&cells.x, &cells.y), border.black.at_all(&cells.x, &cells.y));
+        let [x, y] = homography.project_all(&cells.x, &cells.y);
+        let (inside, values) = (frame.contains_all(&x, &y), frame.near_all(&x, &y));
+        for i in 0..LANES {
+            // A cell outside of the frame stays undecided.
+            grid[cells.places[i]] = inside[i] * (values[i] - (white[i] + black[i]) * 0.5);
+        }
     }
 }
 

@@ -144,14 +144,17 @@ impl Attempt<'_> {
     /// Reads a quad with its corners as they are.
     #[inline(always)]
     fn first_look(&mut self, reader: &Reader, quad: &Quad) -> First {
-        let Some(border) = border::measure(self.frame, reader, &quad.corners) else { return First::Hopeless };
+        let Some(homography) = Homography::from_square(&quad.corners, reader.width) else {
+            return First::Hopeless;
+        };
+        let Some(border) = border::measure(self.frame, reader, &homography) else { return First::Hopeless };
         if border.score < REFINE_SCORE {
             return First::Hopeless;
         }
         if border.score < DECODE_SCORE {
             return First::Unread;
         }
-        let Some(bits) = self.bits_at(reader, &quad.corners, &border) else { return First::Hopeless };
+        let bits = self.bits_at(reader, &homography, &border);
         let is_decimated = self.settings.decimation.factor() > 1.0;
         let to_gain = if is_decimated { BITS_TO_GAIN_DECIMATED } else { BITS_TO_GAIN };
         if !reader.may_hold(bits.code, reader.index.hamming() + to_gain) {
@@ -204,9 +207,9 @@ impl Attempt<'_> {
         let Some(corners) = refine::refine(self.frame, reader, &quad.corners, &Effort::to_try(factor)) else {
             return false;
         };
-        let Some(border) = border::measure(self.frame, reader, &corners) else { return false };
-        border.score >= REFINE_SCORE
-            && self.bits_at(reader, &corners, &border).is_some_and(|bits| is_near_a_tag(reader, &bits))
+        let Some(homography) = Homography::from_square(&corners, reader.width) else { return false };
+        let Some(border) = border::measure(self.frame, reader, &homography) else { return false };
+        border.score >= REFINE_SCORE && is_near_a_tag(reader, &self.bits_at(reader, &homography, &border))
     }
 
     /// What the quad's corners give once they are moved to the edges.
@@ -232,18 +235,18 @@ impl Attempt<'_> {
 
     #[inline(always)]
     fn read_at(&mut self, reader: &Reader, corners: [[f64; 2]; 4]) -> Option<Reading> {
-        let border = border::measure(self.frame, reader, &corners)?;
+        let homography = Homography::from_square(&corners, reader.width)?;
+        let border = border::measure(self.frame, reader, &homography)?;
         if border.score < DECODE_SCORE {
             return None;
         }
-        let bits = self.bits_at(reader, &corners, &border)?;
+        let bits = self.bits_at(reader, &homography, &border);
         Some(Reading { corners, found: bits.look_up(reader)?, bits, border })
     }
 
     #[inline(always)]
-    fn bits_at(&mut self, reader: &Reader, corners: &[[f64; 2]; 4], border: &Border) -> Option<Bits> {
-        let homography = Homography::from_square(corners, reader.width)?;
+    fn bits_at(&mut self, reader: &Reader, homography: &Homography, border: &Border) -> Bits {
         let sharpening = self.settings.sharpening;
-        Some(decode::sample(self.frame, reader, &homography, border, sharpening, &mut self.scratch.cells))
+        decode::sample(self.frame, reader, homography, border, sharpening, &mut self.scratch.cells)
     }
 }

@@ -2,6 +2,8 @@
 
 use tagbus_family::{Border, Cell, Family, Found, Index};
 
+use super::sample::LANES;
+
 /// Families with more codes are not searched code by code.
 const MOST_CODES_COUNTED: usize = 4096;
 
@@ -19,6 +21,8 @@ pub(crate) struct Reader {
     pub(crate) rings: Vec<RingCell>,
     /// Colours of the cells that every tag of the family has the same, as places of `Reader::grid`.
     pub(crate) known: Vec<KnownCell>,
+    /// The same cells as `data`, `known` and on both sides of the border, to be sampled together.
+    pub(crate) lanes: CellLanes,
     /// Cells a row of the scratch grid: the print and one cell around it.
     pub(crate) grid_width: usize,
     pub(crate) index: Index,
@@ -29,6 +33,61 @@ pub(crate) struct Reader {
     /// Natural logarithm of the number of codes over the number of words: how rare a code is among random bits.
     rarity: f64,
     bits: u32,
+}
+
+/// Cells of a family, some at a time.
+pub(crate) struct CellLanes {
+    pub(crate) data: Vec<Cells>,
+    pub(crate) white_known: Vec<Cells>,
+    pub(crate) black_known: Vec<Cells>,
+    /// White and black neighbours along the border edge, in the same order.
+    pub(crate) white_ring: Vec<Cells>,
+    pub(crate) black_ring: Vec<Cells>,
+}
+
+/// Cells whose centres are sampled together.
+pub(crate) struct Cells {
+    pub(crate) x: [f32; LANES],
+    pub(crate) y: [f32; LANES],
+    /// Places in the scratch grid; 0, where nothing is ever read, for those that fill up the last few.
+    pub(crate) places: [usize; LANES],
+    /// 1, and 0 for those that fill up the last few.
+    pub(crate) counts: [f32; LANES],
+}
+
+impl Cells {
+    fn new(cells: &[([f64; 2], usize)]) -> Self {
+        let mut lanes = Self { x: [0.5; LANES], y: [0.5; LANES], places: [0; LANES], counts: [0.0; LANES] };
+        for (i, ([x, y], place)) in cells.iter().enumerate() {
+            (lanes.x[i], lanes.y[i], lanes.places[i]) = (*x as f32, *y as f32, *place);
+            lanes.counts[i] = 1.0;
+        }
+        lanes
+    }
+
+    fn all(cells: impl Iterator<Item = ([f64; 2], usize)>) -> Vec<Self> {
+        cells.collect::<Vec<_>>().chunks(LANES).map(Self::new).collect()
+    }
+}
+
+/// Where a border has more cells than this, every second or third is sampled.
+const MOST_RING_CELLS: usize = 128;
+
+impl CellLanes {
+    fn new(data: &[DataCell], known: &[KnownCell], rings: &[RingCell]) -> Self {
+        let of_colour = |white: bool| {
+            let cells = known.iter().filter(move |cell| cell.white == white);
+            Cells::all(cells.map(|cell| (cell.centre, cell.place)))
+        };
+        let ring = || rings.iter().step_by(rings.len().div_ceil(MOST_RING_CELLS));
+        Self {
+            data: Cells::all(data.iter().map(|cell| (cell.centre, cell.place))),
+            white_known: of_colour(true),
+            black_known: of_colour(false),
+            white_ring: Cells::all(ring().map(|cell| (cell.white, 0))),
+            black_ring: Cells::all(ring().map(|cell| (cell.black, 0))),
+        }
+    }
 }
 
 /// A cell that carries a bit.
@@ -74,13 +133,16 @@ impl Reader {
         let data =
             layout.bits().iter().map(|[x, y]| DataCell { centre: centre(*x, *y), place: place_of(*x, *y) });
         let bits = layout.bit_count();
+        let (data, known): (Vec<_>, Vec<_>) = (data.collect(), known.collect());
+        let rings = ring_cells(layout.width_at_border(), layout.border());
         Self {
+            lanes: CellLanes::new(&data, &known, &rings),
             family: place,
             border: layout.border(),
             width: layout.width_at_border() as f64,
-            data: data.collect(),
-            rings: ring_cells(layout.width_at_border(), layout.border()),
-            known: known.collect(),
+            data,
+            rings,
+            known,
             grid_width,
             index,
             known_tags: family.clone(),

@@ -40,6 +40,18 @@ impl<'a> Frame<'a> {
         self.contains(point).then(|| self.inside(point[0] as f32, point[1] as f32))
     }
 
+    /// As [`Self::contains`], for many points: 1 or 0.
+    #[inline(always)]
+    pub(crate) fn contains_all(&self, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+        let mut inside = [0.0; LANES];
+        for i in 0..LANES {
+            let (x, y) = (x[i] - 0.5, y[i] - 0.5);
+            let is_inside = (x >= 0.0) & (y >= 0.0) & (x < self.last[0]) & (y < self.last[1]);
+            inside[i] = if is_inside { 1.0 } else { 0.0 };
+        }
+        inside
+    }
+
     /// The grey value at a point that the frame contains.
     #[inline(always)]
     pub(crate) fn inside(&self, x: f32, y: f32) -> f32 {
