@@ -45,14 +45,14 @@ struct Buffers {
 }
 
 impl Buffers {
-    /// Buffers for so many threads.
-    fn new(threads: usize) -> Self {
+    fn new(readers: &[Reader], settings: &Settings) -> Self {
+        let threads = settings.threads;
         Self {
             planes: Planes::default(),
             clusters: Clusters::default(),
             fit: Fit::new(threads),
             quads: Vec::new(),
-            identify: Identify::new(threads),
+            identify: Identify::new(threads, readers, settings.refinement),
         }
     }
 }
@@ -67,12 +67,13 @@ impl Detector {
         let threads =
             Threads::start(settings.threads).map_err(|error| SettingsError::NoThread(error.kind()))?;
         let reader = |(place, family)| Reader::new(place, family, settings.hamming, &settings.ids);
+        let readers: Vec<Reader> = families.iter().enumerate().map(reader).collect();
         Ok(Self {
-            readers: families.iter().enumerate().map(reader).collect(),
+            buffers: Buffers::new(&readers, settings),
+            readers,
             settings: settings.clone(),
             level: Level::best(),
             threads,
-            buffers: Buffers::new(settings.threads),
             detections: Vec::new(),
         })
     }

@@ -20,7 +20,7 @@ pub(crate) use reader::Reader;
 use crate::detection::{Detection, Flags};
 use crate::fit::Quad;
 use crate::numbered::Numbered;
-use crate::settings::Settings;
+use crate::settings::{Refinement, Settings};
 use crate::simd::{Kernel, Level};
 use crate::threads::Threads;
 use crate::view::LumaView;
@@ -54,8 +54,25 @@ struct Scratch {
 
 impl Identify {
     /// Buffers for so many threads.
-    pub(crate) fn new(threads: usize) -> Self {
-        Self { scratches: (0..threads).map(|_| Scratch::default()).collect(), found: Numbered::default() }
+    pub(crate) fn new(threads: usize, readers: &[Reader], refinement: Refinement) -> Self {
+        let mut scratches: Vec<Scratch> = (0..threads).map(|_| Scratch::default()).collect();
+        if threads > 1 {
+            // Who reads which tag is chance, and nobody is to allocate for one later.
+            scratches.iter_mut().for_each(|scratch| scratch.reserve(readers, refinement));
+        }
+        Self { scratches, found: Numbered::default() }
+    }
+}
+
+impl Scratch {
+    /// Makes room for any tag of these families.
+    fn reserve(&mut self, readers: &[Reader], refinement: Refinement) {
+        let cells = readers.iter().map(|reader| reader.grid_width * reader.grid_width).max().unwrap_or(0);
+        self.cells.reserve(cells);
+        self.unread.reserve(readers.len());
+        if refinement == Refinement::Tag {
+            self.align.reserve(readers);
+        }
     }
 }
 

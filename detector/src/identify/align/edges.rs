@@ -12,6 +12,8 @@ use super::pattern::Pattern;
 const MOST_PROFILES: f64 = 400.0;
 /// Pixels on each side of an edge.
 const HALF_PROFILE: usize = 2;
+/// More pixels than this are not collected; rounding may give one row more than is wanted.
+pub(super) const MOST_PLACES: usize = (MOST_PROFILES as usize + 1) * 2 * HALF_PROFILE;
 
 /// A stretch of a grid line along which black and white meet, in pixels of the frame.
 #[derive(Clone, Copy)]
@@ -136,7 +138,7 @@ pub(super) struct Sieve(Vec<u64>);
 impl Sieve {
     const SIDE: usize = 256;
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.0.clear();
         self.0.resize(Self::SIDE * Self::SIDE / 64, 0);
     }

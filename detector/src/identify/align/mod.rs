@@ -64,6 +64,12 @@ pub(crate) struct Align {
 }
 
 impl Align {
+    /// Makes room for any tag of these families.
+    pub(crate) fn reserve(&mut self, readers: &[Reader]) {
+        let widest = readers.iter().map(|reader| reader.grid_width).max().unwrap_or(0);
+        self.pixels.reserve(self.pattern.reserve(widest));
+    }
+
     /// The corners of a tag whose cells have the colours of `code` (as read, not turned upright), from refined ones.
     /// `None` when it has too few pixels or the fit goes astray.
     #[inline(always)]

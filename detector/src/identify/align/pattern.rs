@@ -31,6 +31,14 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
+    /// Makes room for a grid of so many cells a row; returns how many cells a row then has.
+    pub(super) fn reserve(&mut self, grid_width: usize) -> usize {
+        let width = grid_width + 2 * RIM;
+        self.cells.reserve((width * width).saturating_sub(self.cells.len()));
+        self.words.reserve((width * width).saturating_sub(self.words.len()));
+        width
+    }
+
     /// Takes the colours of a tag with this code, as read.
     #[inline(always)]
     pub(super) fn paint(&mut self, reader: &Reader, code: u64) {

@@ -63,6 +63,18 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
+    /// Makes room for any tag whose pattern has so many cells a row.
+    pub(super) fn reserve(&mut self, width: usize) {
+        let Self { stretches, sieve, places, blocks, .. } = self;
+        // Two lines for each column and row at most; every second place on a line begins a stretch.
+        stretches.reserve((width * (width + 1)).saturating_sub(stretches.len()));
+        sieve.clear();
+        places.reserve(edges::MOST_PLACES.saturating_sub(places.len()));
+        while blocks.len() * BLOCK < edges::MOST_PLACES {
+            blocks.push(Block::EMPTY);
+        }
+    }
+
     pub(super) fn count(&self) -> usize {
         self.count
     }
