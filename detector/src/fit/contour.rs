@@ -130,11 +130,13 @@ impl Contour {
             for k in 0..4 {
                 corners[k] = lines[(k + 3) % 4].meet(&lines[k])?;
             }
-            let moved = self.nearest_points(&splits, &corners);
-            if round == rules::ROUNDS || moved == splits {
+            let before = splits;
+            if round < rules::ROUNDS {
+                splits = self.nearest_points(&before, &corners);
+            }
+            if splits == before {
                 return lines_are_straight(&lines, &corners).then_some(corners);
             }
-            splits = moved;
         }
         None
     }

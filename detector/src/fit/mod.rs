@@ -142,6 +142,9 @@ fn fit_component<R: Raster>(
     }
     let four = corners::extreme_points(&scratch.outline)?;
     let start = scratch.outline.clockwise(four);
+    if shape::shortest_of(&start) < rules::ROUGH_SIDE * source.shortest_side as f32 {
+        return None;
+    }
     if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
         return None;
     }

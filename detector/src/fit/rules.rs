@@ -20,6 +20,10 @@ pub(super) const FULLEST: f32 = 0.985;
 /// More components than this are no picture but a pattern: natural pictures of 1.2 megapixels have some 840.
 pub(super) const CROWD: usize = 2000;
 
+/// Share of the shortest side of a tag that the sides between four points of the outline must have: fitting moves a corner by a
+/// pixel or two. Spares two thirds of the fits in noise.
+pub(super) const ROUGH_SIDE: f32 = 0.6;
+
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
     0.15 * area + 0.25 * (width + height) as f32 + 4.0

@@ -18,6 +18,17 @@ pub(super) fn is_tag_like(corners: &[[f64; 2]; 4], size: [f64; 2], shortest_side
     })
 }
 
+/// The length of the shortest side.
+#[inline(always)]
+pub(super) fn shortest_of(corners: &[[f32; 2]; 4]) -> f32 {
+    let mut least = f32::MAX;
+    for k in 0..4 {
+        let ([ax, ay], [bx, by]) = (corners[k], corners[(k + 1) % 4]);
+        least = least.min((bx - ax) * (bx - ax) + (by - ay) * (by - ay));
+    }
+    least.sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
