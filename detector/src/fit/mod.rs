@@ -68,6 +68,15 @@ pub(crate) struct Source<'a, R> {
     pub(crate) shortest_side: f64,
 }
 
+impl<R: Raster> Source<'_, R> {
+    /// Whether there are more components than a picture has. Hostile frames are to cost little more than others.
+    #[inline(always)]
+    fn is_crowded(&self) -> bool {
+        let pixels = self.raster.width() * self.raster.height();
+        self.clusters.components().len() > pixels / rules::PIXELS_A_COMPONENT
+    }
+}
+
 /// Appends the quads of all components to `quads`.
 pub(crate) fn fit_quads<R: Raster>(
     level: Level,
@@ -142,7 +151,8 @@ fn fit_component<R: Raster>(
     }
     let four = corners::extreme_points(&scratch.outline)?;
     let start = scratch.outline.clockwise(four);
-    if shape::shortest_of(&start) < rules::ROUGH_SIDE * source.shortest_side as f32 {
+    let rough_side = if source.is_crowded() { rules::ROUGH_SIDE_IN_CROWD } else { rules::ROUGH_SIDE };
+    if shape::shortest_of(&start) < rough_side * source.shortest_side as f32 {
         return None;
     }
     if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
@@ -166,10 +176,9 @@ fn fit_component<R: Raster>(
 }
 
 /// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
-/// vanish in blur, so that the rule holds for those only where a frame has more components than a picture can.
+/// vanish in blur, so that the rule holds for those only in crowded frames.
 #[inline(always)]
-fn is_full<R>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
-    let is_crowded = source.clusters.components().len() > rules::CROWD;
-    let applies = source.border == Border::Normal || is_crowded;
+fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
+    let applies = source.border == Border::Normal || source.is_crowded();
     applies && component.area as f32 > rules::FULLEST * outline_area
 }

@@ -17,12 +17,15 @@ pub(super) fn longest_outline(width: usize, height: usize) -> i32 {
 /// 4,000 rendered tags (blur, noise, tilt, motion; decimation 1 to 3) and 488 real ones is lost; at 0.97 two are, at 0.93 a
 /// hundredth of them.
 pub(super) const FULLEST: f32 = 0.985;
-/// More components than this are no picture but a pattern: natural pictures of 1.2 megapixels have some 840.
-pub(super) const CROWD: usize = 2000;
+/// With more than one component for so many pixels a frame is no picture but a pattern or noise: natural pictures have half as
+/// many.
+pub(super) const PIXELS_A_COMPONENT: usize = 640;
 
 /// Share of the shortest side of a tag that the sides between four points of the outline must have: fitting moves a corner by a
 /// pixel or two. Spares two thirds of the fits in noise.
 pub(super) const ROUGH_SIDE: f32 = 0.6;
+/// The same in crowded frames. It costs up to a hundredth of the tags when decimated.
+pub(super) const ROUGH_SIDE_IN_CROWD: f32 = 0.8;
 
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
