@@ -13,7 +13,7 @@ mod python;
 use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::Refinement;
+use tagbus_detector::{Refinement, Search};
 
 pub(crate) use paper::{Paper, Work};
 
@@ -49,7 +49,7 @@ pub(crate) trait Peer {
 
 /// Our detector with its defaults but for decimation.
 pub(crate) fn ours(families: &str, factor: f64) -> Result<Box<dyn Peer>, Failure> {
-    Ok(Box::new(ours::Ours::new(families, factor, Refinement::Edges)?))
+    Ok(Box::new(ours::Ours::new(families, factor, Search::Quick, Refinement::Edges)?))
 }
 
 /// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first. Several
@@ -77,8 +77,14 @@ pub(crate) struct Choice {
 pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>, Failure> {
     let mut peers: Vec<Box<dyn Peer>> = Vec::new();
     for factor in FACTORS {
-        for refinement in [Refinement::Edges, Refinement::Tag] {
-            peers.push(Box::new(ours::Ours::new(family, factor, refinement)?));
+        // The first line is what others are held against: with all that there is to refinement.
+        for refinement in [Refinement::Tag, Refinement::Edges] {
+            peers.push(Box::new(ours::Ours::new(family, factor, Search::Quick, refinement)?));
+        }
+        if factor <= 3.0 {
+            for search in [Search::Fine, Search::Thorough] {
+                peers.push(Box::new(ours::Ours::new(family, factor, search, Refinement::Tag)?));
+            }
         }
     }
     #[cfg(feature = "peers")]

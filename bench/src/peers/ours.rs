@@ -1,7 +1,7 @@
 //! Our own detector.
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::{Decimation, Detector, Level, LumaView, Refinement, Settings};
+use tagbus_detector::{Decimation, Detector, Level, LumaView, Refinement, Search, Settings};
 use tagbus_family::Family;
 
 use super::{Failure, Hit, Peer};
@@ -13,10 +13,15 @@ pub(super) struct Ours {
 
 impl Ours {
     /// Families are separated by `+`.
-    pub(super) fn new(families: &str, factor: f64, refinement: Refinement) -> Result<Self, Failure> {
+    pub(super) fn new(
+        families: &str,
+        factor: f64,
+        search: Search,
+        refinement: Refinement,
+    ) -> Result<Self, Failure> {
         let families: Result<Vec<Family>, _> = families.split('+').map(Family::published).collect();
-        let settings =
-            Settings { decimation: Decimation::from_factor(factor)?, refinement, ..Settings::default() };
+        let decimation = Decimation::from_factor(factor)?;
+        let settings = Settings { decimation, search, refinement, ..Settings::default() };
         Ok(Self { detector: Detector::new(&families?, &settings)?, settings })
     }
 }
@@ -31,7 +36,11 @@ impl Peer for Ours {
     }
 
     fn variant(&self) -> String {
-        self.settings.refinement.name().to_owned()
+        let Settings { search, refinement, .. } = self.settings;
+        match search {
+            Search::Quick => refinement.name().to_owned(),
+            _ => format!("{} search, {}", search.name(), refinement.name()),
+        }
     }
 
     fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>) {
