@@ -27,7 +27,7 @@ type Panic = Box<dyn Any + Send>;
 
 /// How often a thread looks for what it waits for before it sleeps: some ten microseconds, which is what waking costs. The
 /// phases of a frame follow each other more quickly.
-const LOOKS: usize = 1000;
+const LOOKS: usize = 2000;
 
 /// Most threads of a detector.
 pub(crate) const MOST: usize = 64;

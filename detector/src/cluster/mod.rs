@@ -38,7 +38,7 @@ pub(crate) struct Clusters {
 /// Bands that a thread is dealt if all take the same time.
 const BANDS_A_THREAD: usize = 2;
 /// A plane of fewer pixels is searched before another thread is awake, and bands of fewer rows are not worth their seams.
-const LEAST_TO_DEAL: usize = 150_000;
+const LEAST_TO_DEAL: usize = 250_000;
 const LEAST_ROWS: usize = 32;
 
 impl Clusters {

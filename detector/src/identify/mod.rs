@@ -77,7 +77,12 @@ impl Scratch {
 }
 
 /// Fewer quads than this are looked at before another thread is awake.
-const LEAST_TO_DEAL: usize = 16;
+fn least_to_deal(refinement: Refinement) -> usize {
+    match refinement {
+        Refinement::None | Refinement::Edges => 16,
+        Refinement::Tag => 4,
+    }
+}
 
 /// Makes a detection of every quad that is a tag and resolves overlaps.
 pub(crate) fn identify(
@@ -90,7 +95,7 @@ pub(crate) fn identify(
 ) {
     detections.clear();
     let Identify { scratches, found } = identify;
-    if threads.count() == 1 || quads.len() < LEAST_TO_DEAL {
+    if threads.count() == 1 || quads.len() < least_to_deal(scene.settings.refinement) {
         let found = |_, detection| detections.push(detection);
         level.run(IdentifyAll { scene, quads, first: 0, scratch: &mut scratches[0], found });
     } else {
