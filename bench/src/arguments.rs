@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Render(RenderArguments),
     /// Every configuration of every detector on a data set: recall, wrong ids, corner errors, CPU time.
     Sweep(SweepArguments),
+    /// Wall time of a frame with one thread and with several.
+    Threads(ThreadsArguments),
 }
 
 #[derive(clap::Args)]
@@ -235,6 +237,28 @@ pub(crate) struct RecursiveArguments {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Folder for the page, the figures as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct ThreadsArguments {
+    /// Folder of natural pictures, brought to several sizes. Without it only rendered and random frames are timed.
+    #[arg(long)]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Decimation factor.
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) decimate: f64,
+    /// Numbers of threads; the others are compared with the first.
+    #[arg(long, value_delimiter = ',', default_value = "1,2")]
+    pub(crate) threads: Vec<usize>,
+    /// Rounds after one warm-up; in each round every number of threads searches the frame once.
+    #[arg(long, default_value_t = 15)]
+    pub(crate) rounds: usize,
+    /// Milliseconds of rest before each search, in which threads fall asleep.
+    #[arg(long, default_value_t = 2)]
+    pub(crate) pause: u64,
+    /// Folder for the page.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }

@@ -15,13 +15,15 @@ mod record;
 mod recursive;
 mod sets;
 mod sweep;
+mod threads;
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use arguments::{
     Arguments, Command, CornersArguments, CpuArguments, HostileArguments, PaperArguments, PhasesArguments,
-    RecursiveArguments, RenderArguments, SweepArguments,
+    RecursiveArguments, RenderArguments, SweepArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
         Command::Sweep(arguments) => sweep(&arguments),
+        Command::Threads(arguments) => threads(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -247,4 +250,25 @@ fn sweep_natural(arguments: &SweepArguments) -> Result<(), Failure> {
     );
     std::fs::create_dir_all(folder)?;
     Ok(record::write_page(&folder.join("natural.md"), "Sweep of natural pictures", &how, &page)?)
+}
+
+fn threads(arguments: &ThreadsArguments) -> Result<(), Failure> {
+    let ThreadsArguments { pictures, decimate, threads, rounds, pause, record } = arguments;
+    let plan = threads::Plan {
+        pictures: pictures.clone(),
+        factor: *decimate,
+        threads: threads.clone(),
+        rounds: *rounds,
+        pause: Duration::from_millis(*pause),
+    };
+    let page = threads::page(&threads::run(&plan)?);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let how = format!(
+        "wall time in milliseconds, tag36h11 and tagStandard41h12 in one detector, decimation {decimate}, {rounds} rounds; \
+         numbers of threads take turns on each picture, not pinned, {pause} ms of rest before each search; natural pictures \
+         are scaled to each size (Catmull-Rom)"
+    );
+    Ok(record::write_page(&folder.join("threads.md"), "Threads", &how, &page)?)
 }

@@ -1,0 +1,8 @@
+//! How much sooner several threads are done with a frame.
+
+mod frames;
+mod measure;
+mod report;
+
+pub(crate) use measure::{Plan, run};
+pub(crate) use report::page;
