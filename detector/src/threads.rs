@@ -25,7 +25,7 @@ use std::thread::{Builder, JoinHandle};
 type Work = &'static (dyn Fn() + Sync);
 type Panic = Box<dyn Any + Send>;
 
-/// How often a thread looks for what it waits for before it sleeps: some ten microseconds, which is what waking costs. The
+/// How often a thread looks for what it waits for before it sleeps: some tens of microseconds, which is what waking costs. The
 /// phases of a frame follow each other more quickly.
 const LOOKS: usize = 2000;
 
