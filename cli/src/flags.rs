@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use tagbus_detector::{Decimation, Level, Refinement, Search, Settings, SettingsError, UnknownLevel};
+use tagbus_detector::{
+    Decimation, Level, Refinement, Sampling, Search, Settings, SettingsError, UnknownLevel,
+};
 use tagbus_family::{Family, UnknownFamily};
 use tagbus_message::domain::{DEFAULT_DOMAIN, Domain, DomainError};
 
@@ -60,6 +62,11 @@ pub(crate) struct DetectorFlags {
     /// How much smaller the frame is made for finding quads: 1, 1.5, 2, 3, ...; saves time, loses small tags
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::default().decimation.factor())]
     pub(crate) decimate: f64,
+    /// What whole-number decimation makes of the pixels that become one: point, one of them; mean; darkest: finds small tags with a
+    /// black border that stand alone
+    #[arg(long, value_name = "point|mean|darkest", default_value_t = SamplingName(Settings::default().sampling))]
+    #[serde(with = "text")]
+    pub(crate) sampling: SamplingName,
     /// How hard quads are looked for: quick; fine: also beside something brighter, 2 to 3 times the time; thorough: also in noise
     #[arg(long, value_name = "quick|fine|thorough", default_value_t = SearchName(Settings::default().search))]
     #[serde(with = "text")]
@@ -99,6 +106,7 @@ impl DetectorFlags {
     pub(crate) fn settings(&self) -> Result<Settings, SettingsError> {
         Ok(Settings {
             decimation: Decimation::from_factor(self.decimate)?,
+            sampling: self.sampling.0,
             search: self.search.0,
             hamming: self.hamming,
             refinement: self.refine.0,
@@ -205,6 +213,37 @@ impl fmt::Display for IdListError {
 }
 
 impl std::error::Error for IdListError {}
+
+/// A way of decimating by its name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SamplingName(pub(crate) Sampling);
+
+impl FromStr for SamplingName {
+    type Err = UnknownSampling;
+
+    fn from_str(name: &str) -> Result<Self, UnknownSampling> {
+        Sampling::named(name).map(Self).ok_or_else(|| UnknownSampling(name.to_owned()))
+    }
+}
+
+impl fmt::Display for SamplingName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0.name())
+    }
+}
+
+/// A name of no sampling.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct UnknownSampling(String);
+
+impl fmt::Display for UnknownSampling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = Sampling::NAMES.map(|(_, name)| name).join(", ");
+        write!(f, "unknown sampling \"{}\": known are {names}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownSampling {}
 
 /// A way of looking for quads by its name.
 #[derive(Clone, Copy, Debug)]

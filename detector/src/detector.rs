@@ -111,7 +111,7 @@ impl Detector {
             buffers: &mut self.buffers,
             done: &mut done,
         };
-        with_raster(view, self.settings.decimation, search);
+        with_raster(view, self.settings.decimation, self.settings.sampling, search);
         let scene = Scene { view, readers: &self.readers, settings: &self.settings };
         let Buffers { quads, identify: buffers, .. } = &mut self.buffers;
         identify(self.level, &mut self.threads, &scene, quads, buffers, &mut self.detections);

@@ -38,6 +38,6 @@ mod view;
 
 pub use detection::{Detection, Flags};
 pub use detector::{Detector, Phase};
-pub use settings::{Decimation, Refinement, Search, Settings, SettingsError};
+pub use settings::{Decimation, Refinement, Sampling, Search, Settings, SettingsError};
 pub use simd::{Level, UnknownLevel};
 pub use view::{Geometry, LumaView, MAX_SIDE, MIN_SIDE, ViewError};

@@ -7,7 +7,7 @@ use crate::threads;
 /// How much smaller the frame is made before quads are looked for. Decoding and refinement always use full resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decimation {
-    /// Every `n`-th pixel of every `n`-th row; 1 means the frame as it is.
+    /// One value for `n` by `n` pixels (see [`Sampling`]); 1 means the frame as it is.
     Every(u32),
     /// Three pixels become two (area average): factor 1.5.
     ThreeToTwo,
@@ -70,6 +70,40 @@ impl Refinement {
     }
 }
 
+/// What a value of the search grid is when a whole number of pixels becomes one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// One pixel of them (the paper's way): quickest.
+    Point,
+    /// Their mean: finds some more small tags, and takes a little longer.
+    Mean,
+    /// The darkest of them: keeps thin black borders whole. At decimation 2 it finds most of the small tags with a black border
+    /// that others lose, but loses those that have neighbours a few pixels away, and tags with a white border.
+    Darkest,
+}
+
+impl Sampling {
+    /// All of them, with their names on the command line.
+    pub const NAMES: [(Sampling, &'static str); 3] =
+        [(Self::Point, "point"), (Self::Mean, "mean"), (Self::Darkest, "darkest")];
+
+    /// The sampling of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.into_iter().find(|(_, known)| *known == name).map(|(sampling, _)| sampling)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Mean => "mean",
+            Self::Darkest => "darkest",
+        }
+    }
+}
+
 /// How hard quads are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
@@ -110,6 +144,8 @@ impl Search {
 pub struct Settings {
     /// How much smaller the frame is made for finding quads. Costs recall of small tags, saves most of the time.
     pub decimation: Decimation,
+    /// What decimation makes of the pixels that become one. Without effect on decimation 1 and 1.5.
+    pub sampling: Sampling,
     /// How hard quads are looked for.
     pub search: Search,
     /// Corrected bits allowed for every family; `None` takes each family's own default. Capped at what the family can bear.
@@ -145,6 +181,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             decimation: Decimation::Every(2),
+            sampling: Sampling::Point,
             search: Search::Quick,
             hamming: None,
             refinement: Refinement::Edges,

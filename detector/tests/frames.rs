@@ -4,7 +4,9 @@
 mod common;
 
 use common::{decimated, worst_corner};
-use tagbus_detector::{Decimation, Detection, Detector, Geometry, Level, LumaView, Refinement, Settings};
+use tagbus_detector::{
+    Decimation, Detection, Detector, Geometry, Level, LumaView, Refinement, Sampling, Settings,
+};
 use tagbus_family::Family;
 use tagbus_scene::{Scene, SceneConfig, Stream};
 
@@ -66,7 +68,8 @@ fn every_level_gives_the_same_bits() {
     let families = families_of(&scene);
     for refinement in [Refinement::None, Refinement::Edges, Refinement::Tag] {
         for factor in [1.0, 1.5, 2.0, 3.0] {
-            let settings = Settings { refinement, ..decimated(factor) };
+            let sampling = if factor == 3.0 { Sampling::Mean } else { Sampling::Darkest };
+            let settings = Settings { refinement, sampling, ..decimated(factor) };
             let luma = rendered(&scene, 17);
             let view = LumaView::grey(&luma, WIDTH, HEIGHT).unwrap();
             let detect = |level| {

@@ -6,7 +6,7 @@
 mod common;
 
 use common::decimated;
-use tagbus_detector::{Detector, LumaView, Search, Settings};
+use tagbus_detector::{Detector, LumaView, Sampling, Search, Settings};
 use tagbus_family::Family;
 use tagbus_scene::{Background, Photo, Placement, Stream, Tag, Turn, View, homography_of, photograph};
 
@@ -46,10 +46,13 @@ fn picture(family: &Family, look: &Look, random: &mut Stream) -> (u32, Vec<u8>) 
     (id, photograph(&photo, &[placement]))
 }
 
-/// Of `count` pictures, those in which the search finds the tag; nothing else may be found.
+/// Of `count` pictures, those in which the search finds the tag at full resolution; nothing else may be found.
 fn found(search: Search, family: &Family, look: &Look, count: usize) -> usize {
-    let settings = Settings { search, ..decimated(1.0) };
-    let mut detector = Detector::new(std::slice::from_ref(family), &settings).unwrap();
+    found_with(&Settings { search, ..decimated(1.0) }, family, look, count)
+}
+
+fn found_with(settings: &Settings, family: &Family, look: &Look, count: usize) -> usize {
+    let mut detector = Detector::new(std::slice::from_ref(family), settings).unwrap();
     let mut random = Stream::new(31);
     let is_found = |_: &usize| {
         let (id, luma) = picture(family, look, &mut random);
@@ -83,6 +86,18 @@ fn a_thorough_search_finds_tags_whose_contrast_is_hardly_more_than_the_noise_of_
             "{name}: a quick search finds {quick} of 40 too: the picture shows no difference"
         );
     }
+}
+
+#[test]
+fn the_darkest_of_four_pixels_keeps_borders_that_points_break() {
+    let look = Look { cell_px: 2.3, black: 30.0, white: 210.0, behind: 210.0, noise_sigma: 2.0 };
+    let family = Family::published("tag36h11").unwrap();
+    let [point, mean, darkest] = [Sampling::Point, Sampling::Mean, Sampling::Darkest].map(|sampling| {
+        let settings = Settings { sampling, ..decimated(2.0) };
+        found_with(&settings, &family, &look, 100)
+    });
+    assert!(darkest >= 90, "{darkest} of 100");
+    assert!(darkest > mean + 5 && mean >= point, "darkest {darkest}, mean {mean}, point {point}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The grid on which quads are looked for: the frame itself, or a decimated view of it that is never stored.
 
-use crate::settings::Decimation;
+use crate::settings::{Decimation, Sampling};
 use crate::simd::{self, Level};
 use crate::view::LumaView;
 
@@ -167,15 +167,181 @@ impl Raster for ThreeToTwo<'_> {
     }
 }
 
-/// Calls `work` with the raster that `decimation` asks for.
+/// One value for all pixels of a square block.
+#[derive(Clone, Copy)]
+pub(crate) struct Blocks<'a, K> {
+    full: Sampled<'a>,
+    factor: usize,
+    kind: K,
+}
+
+/// What becomes of the pixels of a block.
+pub(crate) trait OfBlock: Copy + Send + Sync {
+    /// What is known of no pixel.
+    const NOTHING: u16;
+    /// One pixel taken into what is known of others, at most 64 of them.
+    fn add(self, known: u16, pixel: u8) -> u16;
+    /// What is known of some pixels taken into what is known of others.
+    fn join(self, known: u32, others: u16) -> u32;
+    /// The block's value, from what is known of so many pixels.
+    fn value(self, known: u32, pixels: u32) -> u8;
+    /// Values of two rows, two pixels wide each; how many are done, the others being left to single reads.
+    fn pairs(self, level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usize;
+}
+
+/// The mean.
+#[derive(Clone, Copy)]
+pub(crate) struct Mean;
+
+/// The least.
+#[derive(Clone, Copy)]
+pub(crate) struct Darkest;
+
+impl OfBlock for Mean {
+    const NOTHING: u16 = 0;
+
+    #[inline(always)]
+    fn add(self, known: u16, pixel: u8) -> u16 {
+        known + u16::from(pixel)
+    }
+
+    #[inline(always)]
+    fn join(self, known: u32, others: u16) -> u32 {
+        known + u32::from(others)
+    }
+
+    #[inline(always)]
+    fn value(self, known: u32, pixels: u32) -> u8 {
+        ((known + pixels / 2) / pixels) as u8
+    }
+
+    #[inline(always)]
+    fn pairs(self, level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+        simd::pair_means(level, rows, out)
+    }
+}
+
+impl OfBlock for Darkest {
+    const NOTHING: u16 = 255;
+
+    #[inline(always)]
+    fn add(self, known: u16, pixel: u8) -> u16 {
+        known.min(u16::from(pixel))
+    }
+
+    #[inline(always)]
+    fn join(self, known: u32, others: u16) -> u32 {
+        known.min(u32::from(others))
+    }
+
+    #[inline(always)]
+    fn value(self, known: u32, _pixels: u32) -> u8 {
+        known as u8
+    }
+
+    #[inline(always)]
+    fn pairs(self, level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+        simd::pair_minima(level, rows, out)
+    }
+}
+
+impl<K: OfBlock> Blocks<'_, K> {
+    /// Values of a row from `first` on: columns of pixels first, many at a time, and these joined to blocks.
+    #[inline(always)]
+    fn fetch_from(&self, first: usize, y: usize, slot: &mut [u8]) {
+        const PIXELS: usize = 192;
+        let factor = self.factor;
+        let blocks = PIXELS / factor;
+        for (part, values) in slot[first..].chunks_mut(blocks).enumerate() {
+            let from = (first + part * blocks) * factor;
+            let pixels = values.len() * factor;
+            let mut columns = [K::NOTHING; PIXELS];
+            for row in 0..factor {
+                let row = &self.full.span(y * factor + row)[from..from + pixels];
+                for (column, pixel) in columns.iter_mut().zip(row) {
+                    *column = self.kind.add(*column, *pixel);
+                }
+            }
+            for (value, columns) in values.iter_mut().zip(columns.chunks_exact(factor)) {
+                let mut known = u32::from(K::NOTHING);
+                for column in columns {
+                    known = self.kind.join(known, *column);
+                }
+                *value = self.kind.value(known, (factor * factor) as u32);
+            }
+        }
+    }
+}
+
+impl<K: OfBlock> Raster for Blocks<'_, K> {
+    // Not of shared pixels, but their noise is as weak.
+    const ARE_AVERAGES: bool = true;
+
+    fn width(&self) -> usize {
+        self.full.width / self.factor
+    }
+
+    fn height(&self) -> usize {
+        self.full.height / self.factor
+    }
+
+    #[inline(always)]
+    fn at(&self, x: usize, y: usize) -> u8 {
+        let mut known = u32::from(K::NOTHING);
+        for column in 0..self.factor {
+            let mut of_column = K::NOTHING;
+            for row in 0..self.factor {
+                let pixel = self.full.at(x * self.factor + column, y * self.factor + row);
+                of_column = self.kind.add(of_column, pixel);
+            }
+            known = self.kind.join(known, of_column);
+        }
+        self.kind.value(known, (self.factor * self.factor) as u32)
+    }
+
+    #[inline(always)]
+    fn fetch(&self, level: Level, y: usize, slot: &mut [u8]) {
+        if self.full.step != 1 {
+            for (x, to) in slot.iter_mut().enumerate() {
+                *to = self.at(x, y);
+            }
+            return;
+        }
+        let mut done = 0;
+        if self.factor == 2 {
+            let rows = [self.full.span(2 * y), self.full.span(2 * y + 1)];
+            done = self.kind.pairs(level, rows, slot);
+        }
+        self.fetch_from(done, y, slot);
+    }
+
+    #[inline(always)]
+    fn fetched<'s>(&'s self, _y: usize, slot: &'s [u8]) -> &'s [u8] {
+        slot
+    }
+
+    fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
+        point.map(|v| v * self.factor as f64)
+    }
+}
+
+/// Calls `work` with the raster that `decimation` and `sampling` ask for. A frame that is smaller than a block is sampled.
 pub(crate) fn with_raster<'a, W: OnRaster>(
     view: &LumaView<'a>,
     decimation: Decimation,
+    sampling: Sampling,
     work: W,
 ) -> W::Output {
-    match decimation {
-        Decimation::Every(factor) => work.on(Sampled::new(view, factor as usize)),
-        Decimation::ThreeToTwo => work.on(ThreeToTwo::new(view)),
+    let full = Sampled::new(view, 1);
+    let factor = match decimation {
+        Decimation::ThreeToTwo => return work.on(ThreeToTwo::new(view)),
+        Decimation::Every(factor) => factor as usize,
+    };
+    let holds_blocks = factor > 1 && full.width >= factor && full.height >= factor;
+    match sampling {
+        Sampling::Mean if holds_blocks => work.on(Blocks { full, factor, kind: Mean }),
+        Sampling::Darkest if holds_blocks => work.on(Blocks { full, factor, kind: Darkest }),
+        _ => work.on(Sampled::new(view, factor)),
     }
 }
 
@@ -216,6 +382,9 @@ mod tests {
             let view = LumaView::new(&bytes, geometry).unwrap();
             for factor in 1..=8 {
                 rows_agree_with_single_values(Sampled::new(&view, factor));
+                let full = Sampled::new(&view, 1);
+                rows_agree_with_single_values(Blocks { full, factor, kind: Mean });
+                rows_agree_with_single_values(Blocks { full, factor, kind: Darkest });
             }
             rows_agree_with_single_values(ThreeToTwo::new(&view));
         }
@@ -237,5 +406,20 @@ mod tests {
         let view = LumaView::grey(&bytes, 40, 40).unwrap();
         assert_eq!(Sampled::new(&view, 4).to_frame([2.5, 0.5]), [8.5, 0.5]);
         assert_eq!(ThreeToTwo::new(&view).to_frame([2.0, 4.0]), [3.0, 6.0]);
+        let full = Sampled::new(&view, 1);
+        assert_eq!(Blocks { full, factor: 3, kind: Mean }.to_frame([0.5, 2.0]), [1.5, 6.0]);
+    }
+
+    #[test]
+    fn a_block_has_the_mean_or_the_least_of_its_pixels() {
+        let mut bytes = vec![0; 16 * 16];
+        bytes[..4].copy_from_slice(&[10, 20, 200, 100]);
+        bytes[16..20].copy_from_slice(&[30, 41, 90, 255]);
+        let view = LumaView::grey(&bytes, 16, 16).unwrap();
+        let full = Sampled::new(&view, 1);
+        let means = Blocks { full, factor: 2, kind: Mean };
+        assert_eq!([means.at(0, 0), means.at(1, 0)], [25, 161]);
+        let darkest = Blocks { full, factor: 2, kind: Darkest };
+        assert_eq!([darkest.at(0, 0), darkest.at(1, 0)], [10, 90]);
     }
 }

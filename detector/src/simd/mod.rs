@@ -92,6 +92,32 @@ pub(crate) fn three_to_two(level: Level, full: &[u8], half: &[u8], out: &mut [u8
     scalar::three_to_two(&full[pixels..], &half[pixels..], &mut out[done..]);
 }
 
+/// The mean of each 2x2 pixels of two equally long rows, rounded; says how many of `out` are done.
+pub(crate) fn pair_means(level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 | Kind::Avx512 => unsafe { x86::pair_means_avx2(rows, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::pair_means(rows, out) },
+        _ => 0,
+    }
+}
+
+/// The least of each 2x2 pixels of two equally long rows; says how many of `out` are done.
+pub(crate) fn pair_minima(level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 | Kind::Avx512 => unsafe { x86::pair_minima_avx2(rows, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::pair_minima(rows, out) },
+        _ => 0,
+    }
+}
+
 /// Entries that `columns` may write, without meaning, behind those that it returns.
 pub(crate) const COLUMNS_SLACK: usize = 64;
 

@@ -147,3 +147,29 @@ pub(super) fn three_to_two(full: &[u8], half: &[u8], out: &mut [u8]) -> usize {
     }
     blocks * 16
 }
+
+/// Values done.
+#[target_feature(enable = "neon")]
+pub(super) fn pair_means(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    let blocks = rows[0].len() / 32;
+    for i in 0..blocks {
+        let at = i * 32;
+        let low = vpadalq_u8(vpaddlq_u8(load(rows[0], at)), load(rows[1], at));
+        let high = vpadalq_u8(vpaddlq_u8(load(rows[0], at + 16)), load(rows[1], at + 16));
+        store(vcombine_u8(vrshrn_n_u16::<2>(low), vrshrn_n_u16::<2>(high)), out, i * 16);
+    }
+    blocks * 16
+}
+
+/// Values done.
+#[target_feature(enable = "neon")]
+pub(super) fn pair_minima(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    let blocks = rows[0].len() / 32;
+    for i in 0..blocks {
+        let at = i * 32;
+        let low = vminq_u8(load(rows[0], at), load(rows[1], at));
+        let high = vminq_u8(load(rows[0], at + 16), load(rows[1], at + 16));
+        store(vpminq_u8(low, high), out, i * 16);
+    }
+    blocks * 16
+}

@@ -142,9 +142,51 @@ pub(super) fn every_second_avx2(row: &[u8], out: &mut [u8]) -> usize {
     for i in 0..blocks {
         let a = _mm256_and_si256(load_256(row, i * 64), low);
         let b = _mm256_and_si256(load_256(row, i * 64 + 32), low);
-        // Packing works in halves of 128 bits: put the quarters in order again.
-        let packed = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_packus_epi16(a, b));
-        store_256(packed, &mut out[i * 32..]);
+        store_256(packed_256(a, b), &mut out[i * 32..]);
+    }
+    blocks * 32
+}
+
+/// The bytes of two vectors of 16-bit values below 256, in order.
+#[target_feature(enable = "avx2")]
+fn packed_256(a: __m256i, b: __m256i) -> __m256i {
+    // Packing works in halves of 128 bits: put the quarters in order again.
+    _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_packus_epi16(a, b))
+}
+
+/// Values done.
+#[target_feature(enable = "avx2")]
+pub(super) fn pair_means_avx2(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    let blocks = rows[0].len() / 64;
+    let (ones, two) = (_mm256_set1_epi8(1), _mm256_set1_epi16(2));
+    for i in 0..blocks {
+        let mut means = [_mm256_setzero_si256(); 2];
+        for (half, mean) in means.iter_mut().enumerate() {
+            let at = i * 64 + half * 32;
+            let upper = _mm256_maddubs_epi16(load_256(rows[0], at), ones);
+            let lower = _mm256_maddubs_epi16(load_256(rows[1], at), ones);
+            let sum = _mm256_add_epi16(_mm256_add_epi16(upper, lower), two);
+            *mean = _mm256_srli_epi16::<2>(sum);
+        }
+        store_256(packed_256(means[0], means[1]), &mut out[i * 32..]);
+    }
+    blocks * 32
+}
+
+/// Values done.
+#[target_feature(enable = "avx2")]
+pub(super) fn pair_minima_avx2(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
+    let blocks = rows[0].len() / 64;
+    let low = _mm256_set1_epi16(0xff);
+    for i in 0..blocks {
+        let mut minima = [_mm256_setzero_si256(); 2];
+        for (half, minimum) in minima.iter_mut().enumerate() {
+            let at = i * 64 + half * 32;
+            let rows = _mm256_min_epu8(load_256(rows[0], at), load_256(rows[1], at));
+            let pairs = _mm256_min_epu8(rows, _mm256_srli_epi16::<8>(rows));
+            *minimum = _mm256_and_si256(pairs, low);
+        }
+        store_256(packed_256(minima[0], minima[1]), &mut out[i * 32..]);
     }
     blocks * 32
 }
