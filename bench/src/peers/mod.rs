@@ -13,7 +13,7 @@ mod python;
 use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::{Refinement, Search};
+use tagbus_detector::{Decimation, Refinement, Sampling, Search, Settings};
 
 pub(crate) use paper::{Paper, Work};
 
@@ -49,7 +49,8 @@ pub(crate) trait Peer {
 
 /// Our detector with its defaults but for decimation.
 pub(crate) fn ours(families: &str, factor: f64) -> Result<Box<dyn Peer>, Failure> {
-    Ok(Box::new(ours::Ours::new(families, factor, Search::Quick, Refinement::Edges)?))
+    let decimation = Decimation::from_factor(factor)?;
+    Ok(Box::new(ours::Ours::new(families, Settings { decimation, ..Settings::default() })?))
 }
 
 /// All detectors that this build has at one decimation factor, with their defaults otherwise; ours first. Several
@@ -76,16 +77,8 @@ pub(crate) struct Choice {
 /// Every configuration that a sweep compares, ours first.
 pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>, Failure> {
     let mut peers: Vec<Box<dyn Peer>> = Vec::new();
-    for factor in FACTORS {
-        // The first line is what others are held against: with all that there is to refinement.
-        for refinement in [Refinement::Tag, Refinement::Edges] {
-            peers.push(Box::new(ours::Ours::new(family, factor, Search::Quick, refinement)?));
-        }
-        if factor <= 3.0 {
-            for search in [Search::Fine, Search::Thorough] {
-                peers.push(Box::new(ours::Ours::new(family, factor, search, Refinement::Tag)?));
-            }
-        }
+    for settings in our_settings()? {
+        peers.push(Box::new(ours::Ours::new(family, settings)?));
     }
     #[cfg(feature = "peers")]
     add_others(family, &mut peers)?;
@@ -99,6 +92,27 @@ pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>,
         true => Err(format!("no detector's name, decimation and settings hold \"{only}\"").into()),
         false => Ok(peers),
     }
+}
+
+/// What of ours is compared. The first of each decimation is what others are held against: with all that there is to
+/// refinement.
+fn our_settings() -> Result<Vec<Settings>, Failure> {
+    let mut all = Vec::new();
+    for factor in FACTORS {
+        let decimation = Decimation::from_factor(factor)?;
+        let tag = Settings { decimation, refinement: Refinement::Tag, ..Settings::default() };
+        all.push(tag.clone());
+        all.push(Settings { refinement: Refinement::Edges, ..tag.clone() });
+        if factor <= 3.0 {
+            let searches = [Search::Fine, Search::Thorough];
+            all.extend(searches.map(|search| Settings { search, ..tag.clone() }));
+        }
+        if (2.0..=4.0).contains(&factor) {
+            let samplings = [Sampling::Mean, Sampling::Darkest];
+            all.extend(samplings.map(|sampling| Settings { sampling, ..tag.clone() }));
+        }
+    }
+    Ok(all)
 }
 
 /// Peers that do not know the family are left out.

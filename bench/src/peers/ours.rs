@@ -1,7 +1,7 @@
 //! Our own detector.
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::{Decimation, Detector, Level, LumaView, Refinement, Search, Settings};
+use tagbus_detector::{Detector, Level, LumaView, Sampling, Search, Settings};
 use tagbus_family::Family;
 
 use super::{Failure, Hit, Peer};
@@ -13,15 +13,8 @@ pub(super) struct Ours {
 
 impl Ours {
     /// Families are separated by `+`.
-    pub(super) fn new(
-        families: &str,
-        factor: f64,
-        search: Search,
-        refinement: Refinement,
-    ) -> Result<Self, Failure> {
+    pub(super) fn new(families: &str, settings: Settings) -> Result<Self, Failure> {
         let families: Result<Vec<Family>, _> = families.split('+').map(Family::published).collect();
-        let decimation = Decimation::from_factor(factor)?;
-        let settings = Settings { decimation, search, refinement, ..Settings::default() };
         Ok(Self { detector: Detector::new(&families?, &settings)?, settings })
     }
 }
@@ -36,11 +29,16 @@ impl Peer for Ours {
     }
 
     fn variant(&self) -> String {
-        let Settings { search, refinement, .. } = self.settings;
-        match search {
-            Search::Quick => refinement.name().to_owned(),
-            _ => format!("{} search, {}", search.name(), refinement.name()),
+        let Settings { search, sampling, refinement, .. } = self.settings;
+        let mut words = Vec::new();
+        if search != Search::Quick {
+            words.push(format!("{} search", search.name()));
         }
+        if sampling != Sampling::Point {
+            words.push(sampling.name().to_owned());
+        }
+        words.push(refinement.name().to_owned());
+        words.join(", ")
     }
 
     fn detect(&mut self, picture: &Picture, hits: &mut Vec<Hit>) {
