@@ -64,13 +64,13 @@ pub(crate) struct DetectorFlags {
     pub(crate) decimate: f64,
     /// What whole-number decimation makes of the pixels that become one: point, one of them; mean; darkest: finds small tags with a
     /// black border that stand alone
-    #[arg(long, value_name = "point|mean|darkest", default_value_t = SamplingName(Settings::default().sampling))]
+    #[arg(long, value_name = "point|mean|darkest", default_value_t = Named(Settings::default().sampling))]
     #[serde(with = "text")]
-    pub(crate) sampling: SamplingName,
+    pub(crate) sampling: Named<Sampling>,
     /// How hard quads are looked for: quick; fine: also beside something brighter, 2 to 3 times the time; thorough: also in noise
-    #[arg(long, value_name = "quick|fine|thorough", default_value_t = SearchName(Settings::default().search))]
+    #[arg(long, value_name = "quick|fine|thorough", default_value_t = Named(Settings::default().search))]
     #[serde(with = "text")]
-    pub(crate) search: SearchName,
+    pub(crate) search: Named<Search>,
     /// Threads that work on a frame, 1 to 64; more than one save time on large or busy frames
     #[arg(long, value_name = "COUNT", default_value_t = Settings::default().threads)]
     pub(crate) threads: usize,
@@ -78,9 +78,9 @@ pub(crate) struct DetectorFlags {
     #[arg(long, value_name = "BITS")]
     pub(crate) hamming: Option<u32>,
     /// How corners are refined at full resolution: none; edges as they are seen; tag: the whole tag as printed, most exact, 0.1 ms a tag
-    #[arg(long, value_name = "none|edges|tag", default_value_t = RefinementName(Settings::default().refinement))]
+    #[arg(long, value_name = "none|edges|tag", default_value_t = Named(Settings::default().refinement))]
     #[serde(with = "text")]
-    pub(crate) refine: RefinementName,
+    pub(crate) refine: Named<Refinement>,
     /// Sharpening of the sampled cells, 0 for none to 10
     #[arg(long, value_name = "STRENGTH", default_value_t = f64::from(Settings::default().sharpening))]
     pub(crate) sharpening: f64,
@@ -214,98 +214,72 @@ impl fmt::Display for IdListError {
 
 impl std::error::Error for IdListError {}
 
-/// A way of decimating by its name.
+/// A setting that is one of a few, each with a name.
+pub(crate) trait Choice: Copy + 'static {
+    /// What is chosen.
+    const WHAT: &'static str;
+    /// What there is to choose from.
+    const NAMES: [(Self, &'static str); 3];
+    /// The name of this one.
+    fn name(self) -> &'static str;
+}
+
+macro_rules! choice {
+    ($kind:ident, $what:literal) => {
+        impl Choice for $kind {
+            const WHAT: &'static str = $what;
+            const NAMES: [(Self, &'static str); 3] = $kind::NAMES;
+
+            fn name(self) -> &'static str {
+                $kind::name(self)
+            }
+        }
+    };
+}
+
+choice!(Refinement, "refinement");
+choice!(Sampling, "sampling");
+choice!(Search, "search");
+
+/// A choice by its name.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SamplingName(pub(crate) Sampling);
+pub(crate) struct Named<C>(pub(crate) C);
 
-impl FromStr for SamplingName {
-    type Err = UnknownSampling;
+impl<C: Choice> FromStr for Named<C> {
+    type Err = UnknownName;
 
-    fn from_str(name: &str) -> Result<Self, UnknownSampling> {
-        Sampling::named(name).map(Self).ok_or_else(|| UnknownSampling(name.to_owned()))
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let found = C::NAMES.into_iter().find(|(_, known)| *known == name);
+        let known = || C::NAMES.map(|(_, name)| name).join(", ");
+        found.map(|(choice, _)| Self(choice)).ok_or_else(|| UnknownName {
+            what: C::WHAT,
+            name: name.to_owned(),
+            known: known(),
+        })
     }
 }
 
-impl fmt::Display for SamplingName {
+impl<C: Choice> fmt::Display for Named<C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.0.name())
     }
 }
 
-/// A name of no sampling.
+/// A name of nothing that can be chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownSampling(String);
+pub(crate) struct UnknownName {
+    what: &'static str,
+    name: String,
+    known: String,
+}
 
-impl fmt::Display for UnknownSampling {
+impl fmt::Display for UnknownName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = Sampling::NAMES.map(|(_, name)| name).join(", ");
-        write!(f, "unknown sampling \"{}\": known are {names}", self.0)
+        write!(f, "unknown {} \"{}\": known are {}", self.what, self.name, self.known)
     }
 }
 
-impl std::error::Error for UnknownSampling {}
-
-/// A way of looking for quads by its name.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SearchName(pub(crate) Search);
-
-impl FromStr for SearchName {
-    type Err = UnknownSearch;
-
-    fn from_str(name: &str) -> Result<Self, UnknownSearch> {
-        Search::named(name).map(Self).ok_or_else(|| UnknownSearch(name.to_owned()))
-    }
-}
-
-impl fmt::Display for SearchName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0.name())
-    }
-}
-
-/// A name of no search.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownSearch(String);
-
-impl fmt::Display for UnknownSearch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = Search::NAMES.map(|(_, name)| name).join(", ");
-        write!(f, "unknown search \"{}\": known are {names}", self.0)
-    }
-}
-
-impl std::error::Error for UnknownSearch {}
-
-/// A way of refining corners by its name.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RefinementName(pub(crate) Refinement);
-
-impl FromStr for RefinementName {
-    type Err = UnknownRefinement;
-
-    fn from_str(name: &str) -> Result<Self, UnknownRefinement> {
-        Refinement::named(name).map(Self).ok_or_else(|| UnknownRefinement(name.to_owned()))
-    }
-}
-
-impl fmt::Display for RefinementName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0.name())
-    }
-}
-
-/// A name of no refinement.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct UnknownRefinement(String);
-
-impl fmt::Display for UnknownRefinement {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = Refinement::NAMES.map(|(_, name)| name).join(", ");
-        write!(f, "unknown refinement \"{}\": known are {names}", self.0)
-    }
-}
-
-impl std::error::Error for UnknownRefinement {}
+impl std::error::Error for UnknownName {}
 
 /// The instructions that the detector may use.
 #[derive(Clone, Copy, Debug)]
