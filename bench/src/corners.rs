@@ -11,6 +11,7 @@ use tagbus_family::{Border, Family};
 
 use crate::accuracy::CornerErrors;
 use crate::clock::cpu_us;
+use crate::median::median;
 use drawn::{Picture, Pictures};
 
 /// Each picture is searched so often with each refinement, in turns; the quickest counts.
@@ -114,9 +115,9 @@ impl Line {
         Self { name, detector, found: 0, errors: CornerErrors::default(), cpu_us, more_us }
     }
 
-    fn row(mut self, pictures: u64) -> String {
+    fn row(self, pictures: u64) -> String {
         let alignment = match self.name {
-            "tag" => format!("{:.0}", median(&mut self.more_us)),
+            "tag" => format!("{:.0}", median(self.more_us.iter().copied())),
             _ => String::new(),
         };
         let Self { name, found, errors, .. } = self;
@@ -127,12 +128,7 @@ impl Line {
             errors.right(),
             errors.down(),
             errors.worst(),
-            median(&mut self.cpu_us),
+            median(self.cpu_us.iter().copied()),
         )
     }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

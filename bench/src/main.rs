@@ -7,6 +7,7 @@ mod compare;
 mod corners;
 mod hostile;
 mod machine;
+mod median;
 mod memory;
 mod paper_ablations;
 mod peers;

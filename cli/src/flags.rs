@@ -215,31 +215,27 @@ impl fmt::Display for IdListError {
 impl std::error::Error for IdListError {}
 
 /// A setting that is one of a few, each with a name.
-pub(crate) trait Choice: Copy + 'static {
+pub(crate) trait Choice: Copy + PartialEq + 'static {
     /// What is chosen.
     const WHAT: &'static str;
     /// What there is to choose from.
-    const NAMES: [(Self, &'static str); 3];
-    /// The name of this one.
-    fn name(self) -> &'static str;
+    const CHOICES: [(Self, &'static str); 3];
 }
 
-macro_rules! choice {
-    ($kind:ident, $what:literal) => {
-        impl Choice for $kind {
-            const WHAT: &'static str = $what;
-            const NAMES: [(Self, &'static str); 3] = $kind::NAMES;
-
-            fn name(self) -> &'static str {
-                $kind::name(self)
-            }
-        }
-    };
+impl Choice for Refinement {
+    const WHAT: &'static str = "refinement";
+    const CHOICES: [(Self, &'static str); 3] = Self::NAMES;
 }
 
-choice!(Refinement, "refinement");
-choice!(Sampling, "sampling");
-choice!(Search, "search");
+impl Choice for Sampling {
+    const WHAT: &'static str = "sampling";
+    const CHOICES: [(Self, &'static str); 3] = Self::NAMES;
+}
+
+impl Choice for Search {
+    const WHAT: &'static str = "search";
+    const CHOICES: [(Self, &'static str); 3] = Self::NAMES;
+}
 
 /// A choice by its name.
 #[derive(Clone, Copy, Debug)]
@@ -249,8 +245,8 @@ impl<C: Choice> FromStr for Named<C> {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        let found = C::NAMES.into_iter().find(|(_, known)| *known == name);
-        let known = || C::NAMES.map(|(_, name)| name).join(", ");
+        let found = C::CHOICES.into_iter().find(|(_, known)| *known == name);
+        let known = || C::CHOICES.map(|(_, name)| name).join(", ");
         found.map(|(choice, _)| Self(choice)).ok_or_else(|| UnknownName {
             what: C::WHAT,
             name: name.to_owned(),
@@ -261,7 +257,9 @@ impl<C: Choice> FromStr for Named<C> {
 
 impl<C: Choice> fmt::Display for Named<C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0.name())
+        let name = C::CHOICES.into_iter().find(|(choice, _)| *choice == self.0).map(|(_, name)| name);
+        // Every choice has a name.
+        f.write_str(name.unwrap_or_default())
     }
 }
 

@@ -53,12 +53,6 @@ impl Refinement {
     pub const NAMES: [(Refinement, &'static str); 3] =
         [(Self::None, "none"), (Self::Edges, "edges"), (Self::Tag, "tag")];
 
-    /// The refinement of this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::NAMES.into_iter().find(|(_, known)| *known == name).map(|(refinement, _)| refinement)
-    }
-
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -86,12 +80,6 @@ impl Sampling {
     /// All of them, with their names on the command line.
     pub const NAMES: [(Sampling, &'static str); 3] =
         [(Self::Point, "point"), (Self::Mean, "mean"), (Self::Darkest, "darkest")];
-
-    /// The sampling of this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::NAMES.into_iter().find(|(_, known)| *known == name).map(|(sampling, _)| sampling)
-    }
 
     /// Its name.
     #[must_use]
@@ -121,12 +109,6 @@ impl Search {
     /// All of them, with their names on the command line.
     pub const NAMES: [(Search, &'static str); 3] =
         [(Self::Quick, "quick"), (Self::Fine, "fine"), (Self::Thorough, "thorough")];
-
-    /// The search of this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::NAMES.into_iter().find(|(_, known)| *known == name).map(|(search, _)| search)
-    }
 
     /// Its name.
     #[must_use]

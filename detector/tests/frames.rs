@@ -66,9 +66,10 @@ fn all_tags_of_a_moving_scene_are_found_at_once_nested_ones_too_and_nothing_else
 fn every_level_gives_the_same_bits() {
     let scene = scene(2);
     let families = families_of(&scene);
+    let points = [1.0, 1.5, 2.0, 3.0].map(|factor| (factor, Sampling::Point));
+    let others = [2.0, 3.0].map(|factor| [(factor, Sampling::Mean), (factor, Sampling::Darkest)]);
     for refinement in [Refinement::None, Refinement::Edges, Refinement::Tag] {
-        for factor in [1.0, 1.5, 2.0, 3.0] {
-            let sampling = if factor == 3.0 { Sampling::Mean } else { Sampling::Darkest };
+        for (factor, sampling) in points.into_iter().chain(others.into_iter().flatten()) {
             let settings = Settings { refinement, sampling, ..decimated(factor) };
             let luma = rendered(&scene, 17);
             let view = LumaView::grey(&luma, WIDTH, HEIGHT).unwrap();
@@ -80,7 +81,7 @@ fn every_level_gives_the_same_bits() {
             let scalar = detect(Level::SCALAR);
             assert!(!scalar.is_empty());
             for level in Level::available() {
-                assert_eq!(detect(level), scalar, "{level} at {factor} with {refinement:?}");
+                assert_eq!(detect(level), scalar, "{level} at {factor} with {refinement:?}, {sampling:?}");
             }
         }
     }

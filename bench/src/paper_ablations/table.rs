@@ -7,6 +7,7 @@ use tagbus_paper::Phase;
 use super::cases::PAPER;
 use super::measure::{Line, Measured};
 use crate::accuracy::CornerErrors;
+use crate::median::median;
 use crate::peers::{Hit, Work};
 use crate::sweep::mcnemar;
 
@@ -130,12 +131,6 @@ fn phases(lines: &[Line], text: &mut String) {
             mean(|work| work.counts.quads as f64),
         );
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

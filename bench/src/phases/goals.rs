@@ -1,7 +1,7 @@
 //! How many times our time the C library is to take, and takes.
 
 use super::measure::Block;
-use super::report::median;
+use crate::median::median;
 
 /// A floor under the median ratio over a group's pictures.
 struct Goal {
@@ -55,7 +55,8 @@ fn row(goal: &Goal, block: &Block) -> Option<String> {
     };
     let (_, theirs) = block.others.first()?;
     let ratios: Vec<f64> = ours.iter().zip(theirs).map(|(ours, theirs)| theirs / ours.total()).collect();
-    let (middle, worst) = (median(&ratios), ratios.iter().copied().fold(f64::INFINITY, f64::min));
+    let (middle, worst) =
+        (median(ratios.iter().copied()), ratios.iter().copied().fold(f64::INFINITY, f64::min));
     let reached = if middle >= goal.least { "yes" } else { "NO" };
     let Goal { group, factor, least, .. } = goal;
     Some(format!(

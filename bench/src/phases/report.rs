@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::goals;
 use super::measure::{Block, PHASES, PhaseTimes};
+use crate::median::median;
 
 /// A Markdown page: goals, then a table a group of frames.
 pub(crate) fn page(blocks: &[Block]) -> String {
@@ -36,7 +37,7 @@ fn rows(block: &Block) -> String {
     let mut text = String::new();
     for (level, times) in &block.levels {
         let phases: Vec<String> = (0..PHASES.len())
-            .map(|phase| format!("{:.3}", median(&picked(times, |times| times.0[phase])) * 1e-3))
+            .map(|phase| format!("{:.3}", median(picked(times, |times| times.0[phase])) * 1e-3))
             .collect();
         let totals = picked(times, PhaseTimes::total);
         // Writing to a String cannot fail.
@@ -46,12 +47,17 @@ fn rows(block: &Block) -> String {
             block.families,
             block.factor,
             phases.join(" | "),
-            median(&totals) * 1e-3
+            median(totals.iter().copied()) * 1e-3
         );
         for (_, theirs) in &block.others {
             let ratios: Vec<f64> = totals.iter().zip(theirs).map(|(ours, theirs)| theirs / ours).collect();
             let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-            let _ = write!(text, " {:.3} | {:.1} | {least:.1} |", median(theirs) * 1e-3, median(&ratios));
+            let _ = write!(
+                text,
+                " {:.3} | {:.1} | {least:.1} |",
+                median(theirs.iter().copied()) * 1e-3,
+                median(ratios)
+            );
         }
         text.push('\n');
     }
@@ -60,13 +66,6 @@ fn rows(block: &Block) -> String {
 
 fn picked(times: &[PhaseTimes], value: impl Fn(&PhaseTimes) -> f64) -> Vec<f64> {
     times.iter().map(value).collect()
-}
-
-/// The middle value; 0 of nothing.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::measure::{Line, Times};
+use crate::median::median;
 
 /// Frames that take one thread longer than this are counted apart, milliseconds.
 const LONG_MS: f64 = 3.0;
@@ -34,8 +35,8 @@ fn row(line: &Line, one: &Line) -> String {
         text,
         "| {group} | {} | {tags} | {threads} | {:.3} | {:.3} | {} | {} | {} |",
         times.len(),
-        median(&least),
-        median(&middle),
+        median(least),
+        median(middle),
         sooner(&all),
         long.len(),
         sooner(&long),
@@ -46,16 +47,9 @@ fn row(line: &Line, one: &Line) -> String {
 /// Median and least as two cells; empty ones of nothing.
 fn sooner(ratios: &[f64]) -> String {
     match ratios.iter().copied().reduce(f64::min) {
-        Some(least) => format!("{:.2} | {least:.2}", median(ratios)),
+        Some(least) => format!("{:.2} | {least:.2}", median(ratios.iter().copied())),
         None => " | ".to_owned(),
     }
-}
-
-/// The middle value; 0 of nothing.
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ impl Raster for ThreeToTwo<'_> {
 
 /// One value for all pixels of a square block.
 #[derive(Clone, Copy)]
-pub(crate) struct Blocks<'a, K> {
+pub(crate) struct Merged<'a, K> {
     full: Sampled<'a>,
     factor: usize,
     kind: K,
@@ -245,7 +245,7 @@ impl OfBlock for Darkest {
     }
 }
 
-impl<K: OfBlock> Blocks<'_, K> {
+impl<K: OfBlock> Merged<'_, K> {
     /// Values of a row from `first` on: columns of pixels first, many at a time, and these joined to blocks.
     #[inline(always)]
     fn fetch_from(&self, first: usize, y: usize, slot: &mut [u8]) {
@@ -273,7 +273,7 @@ impl<K: OfBlock> Blocks<'_, K> {
     }
 }
 
-impl<K: OfBlock> Raster for Blocks<'_, K> {
+impl<K: OfBlock> Raster for Merged<'_, K> {
     // Not of shared pixels, but their noise is as weak.
     const ARE_AVERAGES: bool = true;
 
@@ -339,8 +339,8 @@ pub(crate) fn with_raster<'a, W: OnRaster>(
     };
     let holds_blocks = factor > 1 && full.width >= factor && full.height >= factor;
     match sampling {
-        Sampling::Mean if holds_blocks => work.on(Blocks { full, factor, kind: Mean }),
-        Sampling::Darkest if holds_blocks => work.on(Blocks { full, factor, kind: Darkest }),
+        Sampling::Mean if holds_blocks => work.on(Merged { full, factor, kind: Mean }),
+        Sampling::Darkest if holds_blocks => work.on(Merged { full, factor, kind: Darkest }),
         _ => work.on(Sampled::new(view, factor)),
     }
 }
@@ -383,8 +383,8 @@ mod tests {
             for factor in 1..=8 {
                 rows_agree_with_single_values(Sampled::new(&view, factor));
                 let full = Sampled::new(&view, 1);
-                rows_agree_with_single_values(Blocks { full, factor, kind: Mean });
-                rows_agree_with_single_values(Blocks { full, factor, kind: Darkest });
+                rows_agree_with_single_values(Merged { full, factor, kind: Mean });
+                rows_agree_with_single_values(Merged { full, factor, kind: Darkest });
             }
             rows_agree_with_single_values(ThreeToTwo::new(&view));
         }
@@ -407,7 +407,7 @@ mod tests {
         assert_eq!(Sampled::new(&view, 4).to_frame([2.5, 0.5]), [8.5, 0.5]);
         assert_eq!(ThreeToTwo::new(&view).to_frame([2.0, 4.0]), [3.0, 6.0]);
         let full = Sampled::new(&view, 1);
-        assert_eq!(Blocks { full, factor: 3, kind: Mean }.to_frame([0.5, 2.0]), [1.5, 6.0]);
+        assert_eq!(Merged { full, factor: 3, kind: Mean }.to_frame([0.5, 2.0]), [1.5, 6.0]);
     }
 
     #[test]
@@ -417,9 +417,9 @@ mod tests {
         bytes[16..20].copy_from_slice(&[30, 41, 90, 255]);
         let view = LumaView::grey(&bytes, 16, 16).unwrap();
         let full = Sampled::new(&view, 1);
-        let means = Blocks { full, factor: 2, kind: Mean };
+        let means = Merged { full, factor: 2, kind: Mean };
         assert_eq!([means.at(0, 0), means.at(1, 0)], [25, 161]);
-        let darkest = Blocks { full, factor: 2, kind: Darkest };
+        let darkest = Merged { full, factor: 2, kind: Darkest };
         assert_eq!([darkest.at(0, 0), darkest.at(1, 0)], [10, 90]);
     }
 }
