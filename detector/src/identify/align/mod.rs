@@ -5,13 +5,15 @@
 //! or spread ink give to single edges. Each pixel is modelled as
 //!
 //! ```text
-//! offset(x, y) + gain(x, y) * (T + bloom * G),     T = cell pattern blurred by a Gaussian, at the pixel's place
+//! offset(x, y) + gain(x, y) * (T + curve * T (1 - T)),     T = grown cell pattern, blurred by a Gaussian, at the pixel's place
 //! ```
 //!
-//! with eight parameters of the map from pixels to cells, a plane each for offset and gain, two blur widths and the
-//! bloom: how far white has grown, in pixels. What a pixel of growth adds, G, depends at corners on whether white grows
-//! before the blur (ink, print) or after it (gamma, clipping); it is the mean of both. Gauss-Newton with a robust weight needs
-//! one or two steps from refined corners, three where blur or bloom are far from what is expected.
+//! with eight parameters of the map from pixels to cells, a plane each for offset and gain, two blur widths, and the two
+//! ways in which white or black take more room than they have on paper: before the blur every white cell grows by a number
+//! of pixels on all sides ("bloom"; below zero it is ink that spreads), after it the sensor's curve lifts what lies between
+//! black and white (gamma, clipping). At a single edge both look the same, and where cells are large it does not matter
+//! which it is; between edges a cell or two apart they differ. Gauss-Newton with a robust weight needs one or two steps from
+//! refined corners, up to four where blur or bloom are far from what is expected.
 //!
 //! ```text
 //! pattern ─▶ edges ─▶ pixels ─▶ ┌ model, window, blur ─▶ solve ┐
@@ -44,10 +46,10 @@ use pixels::{Laid, Pixels, ZERO};
 use solve::{NormalEquations, PARAMETERS};
 
 /// Most Gauss-Newton steps.
-const STEPS: usize = 3;
+const STEPS: usize = 4;
 /// A step that moves no corner further than this many pixels, and hardly changes blur and bloom, is the last one.
 const SETTLED: f64 = 0.05;
-/// Fewest pixels that can carry seventeen parameters.
+/// Fewest pixels that can carry eighteen parameters.
 const LEAST_PIXELS: usize = 40;
 /// Least gain, grey levels: below this there is no tag to align.
 const LEAST_GAIN: f32 = 2.0;

@@ -18,16 +18,19 @@ const LOG_SIGMA: (f32, f32) = (-1.05, 1.25);
 const LONGEST_STEP: f64 = 0.5;
 /// The largest change of the blur's logarithm in one step.
 const LONGEST_LOG_STEP: f32 = 0.5;
+/// The curve stays within this on both sides of 0. Narrower limits (1) make clipped tags swing to and fro from step to step.
+const MOST_CURVE: f32 = 2.0;
 /// Changes of the blur's logarithm and of the bloom (pixels) that hardly matter to the corners.
 const SETTLED_LOG_SIGMA: f32 = 0.1;
 const SETTLED_BLOOM: f32 = 0.05;
 
-/// Places of the parameters: map from patch to cells, offset plane, gain plane, blur along u and v, bloom.
+/// Places of the parameters: map from patch to cells, offset plane, gain plane, blur along u and v, bloom, curve.
 pub(super) const MAP: usize = 0;
 pub(super) const OFFSET: usize = 8;
 pub(super) const GAIN: usize = 11;
 pub(super) const LOG_BLUR: usize = 14;
 pub(super) const BLOOM: usize = 16;
+pub(super) const CURVE: usize = 17;
 
 /// All parameters of the model. The map's numbers are kept in f64, since corners are wanted to a thousandth of a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +38,10 @@ pub(super) struct Parameters {
     map: [f64; 8],
     grey: [f32; 6],
     pub(super) log_sigma: [f32; 2],
+    /// How far white has grown before the blur, pixels.
     pub(super) bloom: f32,
+    /// How far the sensor's curve lifts what lies between black and white: by a quarter of this in the middle.
+    pub(super) curve: f32,
 }
 
 impl Parameters {
@@ -50,6 +56,7 @@ impl Parameters {
             grey: [black, 0.0, 0.0, border.contrast, 0.0, 0.0],
             log_sigma: [EXPECTED_SIGMA.ln(); 2],
             bloom: 0.0,
+            curve: 0.0,
         }
     }
 
@@ -86,6 +93,7 @@ impl Parameters {
             *value = (*value + change).clamp(LOG_SIGMA.0, LOG_SIGMA.1);
         }
         self.bloom += change(BLOOM);
+        self.curve = (self.curve + change(CURVE)).clamp(-MOST_CURVE, MOST_CURVE);
     }
 }
 
@@ -96,7 +104,9 @@ pub(super) struct Model {
     grey: [f32; 6],
     /// Blur in units of the patch, along u and v.
     sigma: [f32; 2],
+    /// Growth of white in units of the patch.
     bloom: f32,
+    curve: f32,
     per_unit: f32,
 }
 
@@ -116,6 +126,14 @@ pub(super) struct Coordinate {
     pub(super) speed: Lanes,
 }
 
+#[cfg(test)]
+impl Coordinate {
+    /// Places of a picture that has a unit of the patch a cell and is not turned.
+    pub(super) fn at_unit_speed(place: Lanes) -> Self {
+        Self { place, by: [[1.0; BLOCK], ZERO], speed: [1.0; BLOCK] }
+    }
+}
+
 impl Model {
     pub(super) fn new(pattern: &Pattern, parameters: &Parameters, scale: f64) -> Self {
         Self {
@@ -123,7 +141,8 @@ impl Model {
             map: parameters.map.map(|v| v as f32),
             grey: parameters.grey,
             sigma: parameters.log_sigma.map(|log| log.exp() / scale as f32),
-            bloom: parameters.bloom,
+            bloom: parameters.bloom / scale as f32,
+            curve: parameters.curve,
             per_unit: 1.0 / scale as f32,
         }
     }
@@ -132,9 +151,9 @@ impl Model {
     #[inline(always)]
     pub(super) fn rows<const WINDOW: usize>(&self, block: &Block, rows: &mut Rows) {
         let places = self.places(&block.x, &block.y);
-        let along_u = Steps::<WINDOW>::new(&places.u, &block.first_u, self.sigma[0]);
-        let along_v = Steps::<WINDOW>::new(&places.v, &block.first_v, self.sigma[1]);
-        let blurred = Blurred::new(&block.rows, &along_u, &along_v);
+        let along_u = Steps::<WINDOW>::new(&places.u, &block.first_u, self.sigma[0], self.bloom);
+        let along_v = Steps::<WINDOW>::new(&places.v, &block.first_v, self.sigma[1], self.bloom);
+        let blurred = Blurred::new(&block.rows, &along_u, &along_v, self.bloom > 0.0);
         self.derive(block, &places, &blurred, rows);
     }
 
@@ -172,14 +191,13 @@ impl Model {
         let g = &self.grey;
         for l in 0..BLOCK {
             let (x, y, depth) = (block.x[l], block.y[l], p.depth[l]);
-            let by_x = t.by_u[l] * p.u.by[0][l] + t.by_v[l] * p.v.by[0][l];
-            let by_y = t.by_u[l] * p.u.by[1][l] + t.by_v[l] * p.v.by[1][l];
-            let after_blur = (by_x * by_x + by_y * by_y).sqrt();
-            let before_blur = t.edges_u[l] * p.u.speed[l] + t.edges_v[l] * p.v.speed[l];
-            let growth = 0.5 * (before_blur + after_blur) * self.per_unit;
+            let growth = (t.by_growth_u[l] * p.u.speed[l] + t.by_growth_v[l] * p.v.speed[l]) * self.per_unit;
             let gain = g[3] + g[4] * x + g[5] * y;
-            let predicted = g[0] + g[1] * x + g[2] * y + gain * (t.value[l] + self.bloom * growth);
-            let (by_u, by_v) = (gain * t.by_u[l] * depth, gain * t.by_v[l] * depth);
+            let bend = t.value[l] * (1.0 - t.value[l]);
+            let bent = t.value[l] + self.curve * bend;
+            let predicted = g[0] + g[1] * x + g[2] * y + gain * bent;
+            let slope = gain * (1.0 + self.curve * (1.0 - 2.0 * t.value[l]));
+            let (by_u, by_v) = (slope * t.by_u[l] * depth, slope * t.by_v[l] * depth);
             let by_depth = -(by_u * (p.u.place[l] - self.margin) + by_v * (p.v.place[l] - self.margin));
             rows[MAP][l] = by_u * x;
             rows[MAP + 1][l] = by_u * y;
@@ -192,12 +210,13 @@ impl Model {
             rows[OFFSET][l] = 1.0;
             rows[OFFSET + 1][l] = x;
             rows[OFFSET + 2][l] = y;
-            rows[GAIN][l] = t.value[l];
-            rows[GAIN + 1][l] = t.value[l] * x;
-            rows[GAIN + 2][l] = t.value[l] * y;
-            rows[LOG_BLUR][l] = gain * t.by_blur_u[l];
-            rows[LOG_BLUR + 1][l] = gain * t.by_blur_v[l];
-            rows[BLOOM][l] = gain * growth;
+            rows[GAIN][l] = bent;
+            rows[GAIN + 1][l] = bent * x;
+            rows[GAIN + 2][l] = bent * y;
+            rows[LOG_BLUR][l] = slope * t.by_blur_u[l];
+            rows[LOG_BLUR + 1][l] = slope * t.by_blur_v[l];
+            rows[BLOOM][l] = slope * growth;
+            rows[CURVE][l] = gain * bend;
             rows[PARAMETERS][l] = block.grey[l] - predicted;
         }
     }
@@ -239,8 +258,8 @@ mod tests {
             map: std::array::from_fn(|i| map[i]),
             grey: [40.0, 3.0, -5.0, 150.0, 8.0, 4.0],
             log_sigma: [-0.1, 0.2],
-            // What bloom adds is taken as fixed while other parameters change, so it is left out.
-            bloom: 0.0,
+            bloom: 0.4,
+            curve: 0.3,
         };
         let mut block = Block::EMPTY;
         let model = Model::new(&pattern, &parameters, patch.scale);

@@ -7,22 +7,36 @@ pub(super) const MOST_CELLS: usize = 6;
 /// Unknown cells around the grid, so that windows may reach beyond it.
 const RIM: usize = MOST_CELLS;
 
-/// Codes of a cell's colour: twice its brightness. Unknown cells count as grey.
+/// Codes of a cell's colour, four times its brightness. The bit of unknown cells is theirs alone.
 const BLACK: u8 = 0;
-const UNKNOWN: u8 = 1;
-const WHITE: u8 = 2;
+const UNKNOWN: u8 = 2;
+const WHITE: u8 = 4;
+/// Bits of a cell in a word, and the lowest bit of each cell.
+const CELL_BITS: usize = 4;
+const LOWEST: u32 = 0x11_1111;
 
-/// The code of the cell that lies `k` further right than the first one of a word.
+/// The code of the cell that lies `k` further right than the first one of a word: 0 is black and 4 is white. Between lie
+/// unknown cells (2) and, in joined rows, the mean of such a cell and another one.
 #[inline(always)]
 pub(super) fn colour(word: u32, k: usize) -> i32 {
-    (word >> (2 * k) & 3) as i32
+    (word >> (CELL_BITS * k) & 7) as i32
+}
+
+/// For each cell of two words white where either is (`lighter`), or only where both are; the mean of the two where one of
+/// them is unknown.
+#[inline(always)]
+pub(super) fn joined(a: u32, b: u32, lighter: bool) -> u32 {
+    let differ = a ^ b;
+    let opposite = differ >> 2 & !(differ >> 1) & LOWEST;
+    let mean = (a + b) >> 1;
+    if lighter { mean + 2 * opposite } else { mean - 2 * opposite }
 }
 
 /// The cells of the scratch grid with a rim around them.
 #[derive(Default)]
 pub(super) struct Pattern {
     cells: Vec<u8>,
-    /// For each cell, it and those to its right: two bits each, the cell itself lowest.
+    /// For each cell, it and those to its right: four bits each, the cell itself lowest.
     words: Vec<u32>,
     /// Cells a row.
     width: usize,
@@ -65,7 +79,7 @@ impl Pattern {
         self.words.resize(self.cells.len(), 0);
         let mut word = 0;
         for (cell, slot) in self.cells.iter().zip(&mut self.words).rev() {
-            word = (word << 2 | u32::from(*cell)) & ((1 << (2 * MOST_CELLS)) - 1);
+            word = (word << CELL_BITS | u32::from(*cell)) & ((1 << (CELL_BITS * MOST_CELLS)) - 1);
             *slot = word;
         }
     }
@@ -96,11 +110,33 @@ impl Pattern {
     /// Whether the colours of all cells from one to another, at most `MOST_CELLS` further right, are known.
     #[inline(always)]
     pub(super) fn is_known(&self, [x0, y0]: [usize; 2], [x1, y1]: [usize; 2]) -> bool {
-        let unknown = (0x5555 & ((1u32 << (2 * (x1 - x0 + 1))) - 1)) * u32::from(UNKNOWN);
+        let unknown = (LOWEST & ((1u32 << (CELL_BITS * (x1 - x0 + 1))) - 1)) * u32::from(UNKNOWN);
         let mut seen = 0;
         for y in y0..=y1 {
             seen |= self.word(x0, y);
         }
         seen & unknown == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joined_cells_are_the_lighter_or_darker_of_known_ones_and_the_mean_with_unknown_ones() {
+        let colours = [BLACK, UNKNOWN, WHITE].map(i32::from);
+        for (a, b) in colours.into_iter().flat_map(|a| colours.map(|b| (a, b))) {
+            let known = a != i32::from(UNKNOWN) && b != i32::from(UNKNOWN);
+            for lighter in [true, false] {
+                let chosen = if lighter { a.max(b) } else { a.min(b) };
+                let expected = if known { chosen } else { (a + b) / 2 };
+                // Beside other cells, which must not leak into it.
+                let word = |cell: i32| 0x40_0204 | (cell as u32) << (3 * CELL_BITS);
+                let both = joined(word(a), word(b), lighter);
+                assert_eq!(colour(both, 3), expected, "{a} and {b}");
+                assert_eq!([0, 1, 2, 4, 5].map(|k| colour(both, k)), [4, 0, 2, 0, 4]);
+            }
+        }
     }
 }

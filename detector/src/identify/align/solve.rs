@@ -2,11 +2,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::model::{BLOOM, EXPECTED_SIGMA, GAIN, LOG_BLUR, OFFSET, Parameters};
+use super::model::{BLOOM, CURVE, EXPECTED_SIGMA, GAIN, LOG_BLUR, OFFSET, Parameters};
 use super::pixels::{BLOCK, Lanes, ZERO};
 
 /// Parameters of the model.
-pub(super) const PARAMETERS: usize = 17;
+pub(super) const PARAMETERS: usize = 18;
 /// Derivatives by all parameters, and the residuals behind them, of a block of pixels.
 pub(super) type Rows = [Lanes; PARAMETERS + 1];
 /// Sums are kept in so many parts, which are added up at the end, always in this order.
@@ -19,10 +19,11 @@ const DAMPING: f64 = 1e-4;
 /// Variance of a grey level's rounding and of what the model leaves out, so that priors keep weight in clean pictures.
 const LEAST_VARIANCE: f64 = 0.5;
 /// Standard deviations of the priors: the blur's logarithm, slopes of the light across the tag (grey levels), the bloom
-/// (pixels).
+/// (pixels), the curve.
 const LOG_BLUR_SD: f64 = 0.5;
 const SLOPE_SD: f64 = 10.0;
 const BLOOM_SD: f64 = 0.25;
+const CURVE_SD: f64 = 0.4;
 
 /// Sums of the products of all columns.
 pub(super) struct NormalEquations {
@@ -112,6 +113,7 @@ impl NormalEquations {
             pull(slope, SLOPE_SD, 0.0);
         }
         pull(BLOOM, BLOOM_SD, -f64::from(parameters.bloom));
+        pull(CURVE, CURVE_SD, -f64::from(parameters.curve));
         let step = left.cholesky()?.solve(&right);
         step.iter().all(|v| v.is_finite()).then(|| std::array::from_fn(|i| step[i]))
     }

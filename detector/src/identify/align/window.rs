@@ -1,39 +1,70 @@
 //! The cells around pixels as the blur mixes them.
 //!
 //! Along one axis a row of cells is a sum of steps, one at each line between two cells whose colours differ, and the blur
-//! makes each step a normal distribution. Both axes after each other give the blurred pattern.
+//! makes each step a normal distribution. Both axes after each other give the blurred pattern. Where white has grown, steps
+//! lie where its edges have moved to.
 
 use super::blur::normal;
 use super::model::Coordinate;
-use super::pattern::{MOST_CELLS, colour};
+use super::pattern::{MOST_CELLS, colour, joined};
 use super::pixels::{BLOCK, Lanes, ZERO};
 
-/// The blurred step at each line between the cells of a window, along one axis, with its derivatives by the pixel's place
-/// and by the blur's logarithm. Line `k` lies between cells `k - 1` and `k`; there is none before the first cell.
+/// The blurred step at each line between the cells of a window, along one axis. Line `k` lies between cells `k - 1` and `k`;
+/// there is none before the first cell. Where white has grown, lines from black to white lie earlier and lines from white to
+/// black later.
 pub(super) struct Steps<const WINDOW: usize> {
-    share: [Lanes; WINDOW],
-    by_place: [Lanes; WINDOW],
-    by_blur: [Lanes; WINDOW],
+    rising: [Step; WINDOW],
+    falling: [Step; WINDOW],
 }
 
-impl<const WINDOW: usize> Steps<WINDOW> {
-    /// `first` are the windows' first cells, `sigma` is the blur in units of the patch.
+/// A blurred step with its derivatives by the pixel's place and by the blur's logarithm.
+#[derive(Clone, Copy)]
+struct Step {
+    share: Lanes,
+    by_place: Lanes,
+    by_blur: Lanes,
+}
+
+impl Step {
+    const NONE: Self = Self { share: ZERO, by_place: ZERO, by_blur: ZERO };
+
+    /// `within` is how far pixels lie behind the line, in cells; `inverse` is one over the blur, in cells.
     #[inline(always)]
-    pub(super) fn new(coordinate: &Coordinate, first: &Lanes, sigma: f32) -> Self {
-        let mut steps = Self { share: [ZERO; WINDOW], by_place: [ZERO; WINDOW], by_blur: [ZERO; WINDOW] };
-        let (mut within, mut inverse) = (ZERO, ZERO);
+    fn new(within: &Lanes, inverse: &Lanes) -> Self {
+        let mut step = Self::NONE;
         for l in 0..BLOCK {
-            within[l] = coordinate.place[l] - first[l];
-            inverse[l] = 1.0 / (sigma * coordinate.speed[l]);
+            let z = within[l] * inverse[l];
+            let (share, density) = normal(z);
+            step.share[l] = share;
+            step.by_place[l] = density * inverse[l];
+            step.by_blur[l] = -z * density;
         }
+        step
+    }
+}
+
+/// White cannot take more than this of a black cell on each side, nor black of a white one.
+const MOST_GROWTH: f32 = 0.45;
+
+impl<const WINDOW: usize> Steps<WINDOW> {
+    /// `first` are the windows' first cells, `sigma` is the blur and `bloom` the growth of white in units of the patch.
+    #[inline(always)]
+    pub(super) fn new(coordinate: &Coordinate, first: &Lanes, sigma: f32, bloom: f32) -> Self {
+        let mut steps = Self { rising: [Step::NONE; WINDOW], falling: [Step::NONE; WINDOW] };
+        let (mut inverse, mut growth) = (ZERO, ZERO);
+        for l in 0..BLOCK {
+            inverse[l] = 1.0 / (sigma * coordinate.speed[l]);
+            growth[l] = (bloom * coordinate.speed[l]).max(-MOST_GROWTH).min(MOST_GROWTH);
+        }
+        let (mut rising, mut falling) = (ZERO, ZERO);
         for k in 1..WINDOW {
             for l in 0..BLOCK {
-                let z = (within[l] - k as f32) * inverse[l];
-                let (share, density) = normal(z);
-                steps.share[k][l] = share;
-                steps.by_place[k][l] = density * inverse[l];
-                steps.by_blur[k][l] = -z * density;
+                let within = coordinate.place[l] - first[l] - k as f32;
+                rising[l] = within + growth[l];
+                falling[l] = within - growth[l];
             }
+            steps.rising[k] = Step::new(&rising, &inverse);
+            steps.falling[k] = Step::new(&falling, &inverse);
         }
         steps
     }
@@ -46,10 +77,9 @@ pub(super) struct Blurred {
     pub(super) by_v: Lanes,
     pub(super) by_blur_u: Lanes,
     pub(super) by_blur_v: Lanes,
-    /// How much brighter it gets when every edge across u (v) moves away from its white side by a cell: what an edge gives
-    /// does not depend on which side is white.
-    pub(super) edges_u: Lanes,
-    pub(super) edges_v: Lanes,
+    /// How much brighter it gets when white grows across u (v) by a cell.
+    pub(super) by_growth_u: Lanes,
+    pub(super) by_growth_v: Lanes,
 }
 
 /// The same of one row of cells, blurred along it.
@@ -57,17 +87,22 @@ struct Row {
     value: Lanes,
     by_place: Lanes,
     by_blur: Lanes,
-    edges: Lanes,
+    by_growth: Lanes,
 }
 
 impl Blurred {
-    /// Cells outside of the windows have the colours of the outermost ones inside.
+    /// Cells outside of the windows have the colours of the outermost ones inside. `grows` tells whether white has grown or
+    /// black.
+    ///
+    /// Growing along one axis and then along the other makes squares of corners, as ink does. From one row to the next white
+    /// begins where neither was white before: what both rows together show, grown, less what the first one shows.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "rows and steps have the same number")]
     pub(super) fn new<const WINDOW: usize>(
         rows: &[[u32; BLOCK]; MOST_CELLS],
         along_u: &Steps<WINDOW>,
         along_v: &Steps<WINDOW>,
+        grows: bool,
     ) -> Self {
         let mut before = Row::new(&rows[0], along_u);
         let mut t = Self {
@@ -76,21 +111,28 @@ impl Blurred {
             by_v: ZERO,
             by_blur_u: before.by_blur,
             by_blur_v: ZERO,
-            edges_u: before.edges,
-            edges_v: ZERO,
+            by_growth_u: before.by_growth,
+            by_growth_v: ZERO,
         };
         for j in 1..WINDOW {
             let row = Row::new(&rows[j], along_u);
-            let (share, by_place, by_blur) = (&along_v.share[j], &along_v.by_place[j], &along_v.by_blur[j]);
+            let both = Row::new(&both_rows(&rows[j - 1], &rows[j], grows), along_u);
+            let (p, q) = (&along_v.rising[j], &along_v.falling[j]);
             for l in 0..BLOCK {
-                let change = row.value[l] - before.value[l];
-                t.value[l] += change * share[l];
-                t.by_v[l] += change * by_place[l];
-                t.by_blur_v[l] += change * by_blur[l];
-                t.edges_v[l] += change.abs() * by_place[l];
-                t.by_u[l] += (row.by_place[l] - before.by_place[l]) * share[l];
-                t.by_blur_u[l] += (row.by_blur[l] - before.by_blur[l]) * share[l];
-                t.edges_u[l] += (row.edges[l] - before.edges[l]) * share[l];
+                let split = |both: f32, before: f32, row: f32| {
+                    if grows { (both - before, both - row) } else { (row - both, before - both) }
+                };
+                let (rise, fall) = split(both.value[l], before.value[l], row.value[l]);
+                t.value[l] += rise * p.share[l] - fall * q.share[l];
+                t.by_v[l] += rise * p.by_place[l] - fall * q.by_place[l];
+                t.by_blur_v[l] += rise * p.by_blur[l] - fall * q.by_blur[l];
+                t.by_growth_v[l] += rise * p.by_place[l] + fall * q.by_place[l];
+                let (rise, fall) = split(both.by_place[l], before.by_place[l], row.by_place[l]);
+                t.by_u[l] += rise * p.share[l] - fall * q.share[l];
+                let (rise, fall) = split(both.by_blur[l], before.by_blur[l], row.by_blur[l]);
+                t.by_blur_u[l] += rise * p.share[l] - fall * q.share[l];
+                let (rise, fall) = split(both.by_growth[l], before.by_growth[l], row.by_growth[l]);
+                t.by_growth_u[l] += rise * p.share[l] - fall * q.share[l];
             }
             before = row;
         }
@@ -98,24 +140,114 @@ impl Blurred {
     }
 }
 
+/// Two rows as one: white in either when white grows, in both when black does.
+#[inline(always)]
+fn both_rows(a: &[u32; BLOCK], b: &[u32; BLOCK], grows: bool) -> [u32; BLOCK] {
+    let mut words = [0; BLOCK];
+    for l in 0..BLOCK {
+        words[l] = joined(a[l], b[l], grows);
+    }
+    words
+}
+
 impl Row {
+    /// Edges of cells of unknown colour stay where they are whatever grows: it is not known what grows there.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "the compiler makes vectors of one index over many arrays")]
     fn new<const WINDOW: usize>(words: &[u32; BLOCK], along: &Steps<WINDOW>) -> Self {
-        let mut row = Self { value: ZERO, by_place: ZERO, by_blur: ZERO, edges: ZERO };
+        let mut row = Self { value: ZERO, by_place: ZERO, by_blur: ZERO, by_growth: ZERO };
         for l in 0..BLOCK {
-            row.value[l] = 0.5 * colour(words[l], 0) as f32;
+            row.value[l] = 0.25 * colour(words[l], 0) as f32;
         }
         for k in 1..WINDOW {
+            let (p, q) = (&along.rising[k], &along.falling[k]);
             for l in 0..BLOCK {
-                // Colours are given as twice their brightness.
-                let change = 0.5 * (colour(words[l], k) - colour(words[l], k - 1)) as f32;
-                row.value[l] += change * along.share[k][l];
-                row.by_place[l] += change * along.by_place[k][l];
-                row.by_blur[l] += change * along.by_blur[k][l];
-                row.edges[l] += change.abs() * along.by_place[k][l];
+                // Colours are given as four times their brightness; only from black to white and back it changes by all four.
+                let code = colour(words[l], k) - colour(words[l], k - 1);
+                let (change, moves) = (0.25 * code as f32, (code * code / 16) as f32);
+                let (rise, fall) = (0.5 * (moves + change), 0.5 * (moves - change));
+                row.value[l] += rise * p.share[l] - fall * q.share[l];
+                row.by_place[l] += rise * p.by_place[l] - fall * q.by_place[l];
+                row.by_blur[l] += rise * p.by_blur[l] - fall * q.by_blur[l];
+                row.by_growth[l] += rise * p.by_place[l] + fall * q.by_place[l];
             }
         }
         row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tagbus_family::Family;
+
+    use super::super::super::reader::Reader;
+    use super::super::pattern::Pattern;
+    use super::*;
+
+    const SIGMA: f32 = 0.4;
+
+    /// The pattern's brightness at points of the middle of a window of six cells, by the model.
+    fn modelled(pattern: &Pattern, first: [usize; 2], bloom: f32) -> (Lanes, Lanes, Lanes) {
+        let mut rows = [[0; BLOCK]; MOST_CELLS];
+        let (mut u, mut v) = (ZERO, ZERO);
+        for l in 0..BLOCK {
+            u[l] = first[0] as f32 + 2.0 + (l % 8) as f32 * 0.25;
+            v[l] = first[1] as f32 + 2.1 + (l / 8) as f32 * 0.5;
+            for (j, row) in rows.iter_mut().enumerate() {
+                row[l] = pattern.word(first[0], first[1] + j);
+            }
+        }
+        let steps = |place: Lanes, first: usize| {
+            let coordinate = Coordinate::at_unit_speed(place);
+            Steps::<6>::new(&coordinate, &[first as f32; BLOCK], SIGMA, bloom)
+        };
+        let (along_u, along_v) = (steps(u, first[0]), steps(v, first[1]));
+        (Blurred::new(&rows, &along_u, &along_v, bloom > 0.0).value, u, v)
+    }
+
+    /// The same by summing over small parts, each white or black as the cells within the growth are.
+    fn summed(pattern: &Pattern, [u, v]: [f32; 2], first: [usize; 2], bloom: f32) -> f32 {
+        const PARTS: i32 = 20;
+        let is_white = |x: f32, y: f32| {
+            let inside = |place: f32, first: usize| (place as usize).clamp(first, first + 5);
+            colour(pattern.word(inside(x, first[0]), inside(y, first[1])), 0) == 4
+        };
+        let (mut sum, mut total) = (0.0, 0.0);
+        for i in -2 * PARTS..2 * PARTS {
+            for j in -2 * PARTS..2 * PARTS {
+                let [dx, dy] = [i, j].map(|k| (k as f32 + 0.5) / PARTS as f32);
+                let mut near = [-bloom, bloom]
+                    .into_iter()
+                    .flat_map(|a| [-bloom, bloom].map(|b| is_white(u + dx + a, v + dy + b)));
+                let white = if bloom > 0.0 { near.any(|white| white) } else { near.all(|white| white) };
+                let weight = (-(dx * dx + dy * dy) / (2.0 * SIGMA * SIGMA)).exp();
+                sum += if white { weight } else { 0.0 };
+                total += weight;
+            }
+        }
+        sum / total
+    }
+
+    #[test]
+    fn grown_white_and_spread_ink_are_blurred_where_their_edges_have_moved_to() {
+        let family = Family::published("tag36h11").unwrap();
+        let reader = Reader::new(0, &family, None, &[]);
+        let mut pattern = Pattern::default();
+        pattern.paint(&reader, family.codes()[3]);
+        let middle = pattern.width() / 2;
+        for (bloom, first) in [0.3, -0.3].into_iter().flat_map(|b| (0..4).map(move |k| (b, k))) {
+            let first = [middle - 4 + first, middle - 3];
+            let (values, u, v) = modelled(&pattern, first, bloom);
+            for l in 0..BLOCK {
+                let expected = summed(&pattern, [u[l], v[l]], first, bloom);
+                assert!(
+                    (values[l] - expected).abs() < 0.01,
+                    "bloom {bloom} at {}, {}: {}, not {expected}",
+                    u[l],
+                    v[l],
+                    values[l]
+                );
+            }
+        }
     }
 }
