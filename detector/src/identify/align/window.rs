@@ -13,8 +13,10 @@ use super::pixels::{BLOCK, Lanes, ZERO};
 /// there is none before the first cell. Where white has grown, lines from black to white lie earlier and lines from white to
 /// black later.
 pub(super) struct Steps<const WINDOW: usize> {
-    rising: [Step; WINDOW],
-    falling: [Step; WINDOW],
+    /// The mean of both.
+    mean: [Step; WINDOW],
+    /// Half of what the earlier one is ahead.
+    ahead: [Step; WINDOW],
 }
 
 /// A blurred step with its derivatives by the pixel's place and by the blur's logarithm.
@@ -41,6 +43,21 @@ impl Step {
         }
         step
     }
+
+    /// Half the sum and half the difference of two steps.
+    #[inline(always)]
+    fn halves(&self, other: &Self) -> (Self, Self) {
+        let (mut mean, mut ahead) = (Self::NONE, Self::NONE);
+        for l in 0..BLOCK {
+            mean.share[l] = 0.5 * (self.share[l] + other.share[l]);
+            mean.by_place[l] = 0.5 * (self.by_place[l] + other.by_place[l]);
+            mean.by_blur[l] = 0.5 * (self.by_blur[l] + other.by_blur[l]);
+            ahead.share[l] = 0.5 * (self.share[l] - other.share[l]);
+            ahead.by_place[l] = 0.5 * (self.by_place[l] - other.by_place[l]);
+            ahead.by_blur[l] = 0.5 * (self.by_blur[l] - other.by_blur[l]);
+        }
+        (mean, ahead)
+    }
 }
 
 /// White cannot take more than this of a black cell on each side, nor black of a white one.
@@ -50,7 +67,7 @@ impl<const WINDOW: usize> Steps<WINDOW> {
     /// `first` are the windows' first cells, `sigma` is the blur and `bloom` the growth of white in units of the patch.
     #[inline(always)]
     pub(super) fn new(coordinate: &Coordinate, first: &Lanes, sigma: f32, bloom: f32) -> Self {
-        let mut steps = Self { rising: [Step::NONE; WINDOW], falling: [Step::NONE; WINDOW] };
+        let mut steps = Self { mean: [Step::NONE; WINDOW], ahead: [Step::NONE; WINDOW] };
         let (mut inverse, mut growth) = (ZERO, ZERO);
         for l in 0..BLOCK {
             inverse[l] = 1.0 / (sigma * coordinate.speed[l]);
@@ -63,8 +80,13 @@ impl<const WINDOW: usize> Steps<WINDOW> {
                 rising[l] = within + growth[l];
                 falling[l] = within - growth[l];
             }
-            steps.rising[k] = Step::new(&rising, &inverse);
-            steps.falling[k] = Step::new(&falling, &inverse);
+            if bloom == 0.0 {
+                // The first round costs half of the others.
+                steps.mean[k] = Step::new(&rising, &inverse);
+            } else {
+                let (rising, falling) = (Step::new(&rising, &inverse), Step::new(&falling, &inverse));
+                (steps.mean[k], steps.ahead[k]) = rising.halves(&falling);
+            }
         }
         steps
     }
@@ -117,22 +139,25 @@ impl Blurred {
         for j in 1..WINDOW {
             let row = Row::new(&rows[j], along_u);
             let both = Row::new(&both_rows(&rows[j - 1], &rows[j], grows), along_u);
-            let (p, q) = (&along_v.rising[j], &along_v.falling[j]);
+            let (p, q) = (&along_v.mean[j], &along_v.ahead[j]);
+            let sign = if grows { 1.0 } else { -1.0 };
             for l in 0..BLOCK {
-                let split = |both: f32, before: f32, row: f32| {
-                    if grows { (both - before, both - row) } else { (row - both, before - both) }
-                };
-                let (rise, fall) = split(both.value[l], before.value[l], row.value[l]);
-                t.value[l] += rise * p.share[l] - fall * q.share[l];
-                t.by_v[l] += rise * p.by_place[l] - fall * q.by_place[l];
-                t.by_blur_v[l] += rise * p.by_blur[l] - fall * q.by_blur[l];
-                t.by_growth_v[l] += rise * p.by_place[l] + fall * q.by_place[l];
-                let (rise, fall) = split(both.by_place[l], before.by_place[l], row.by_place[l]);
-                t.by_u[l] += rise * p.share[l] - fall * q.share[l];
-                let (rise, fall) = split(both.by_blur[l], before.by_blur[l], row.by_blur[l]);
-                t.by_blur_u[l] += rise * p.share[l] - fall * q.share[l];
-                let (rise, fall) = split(both.by_growth[l], before.by_growth[l], row.by_growth[l]);
-                t.by_growth_u[l] += rise * p.share[l] - fall * q.share[l];
+                // What changes from row to row, and how much of the rows' edge moves.
+                let change = row.value[l] - before.value[l];
+                let moves = sign * (2.0 * both.value[l] - before.value[l] - row.value[l]);
+                t.value[l] += change * p.share[l] + moves * q.share[l];
+                t.by_v[l] += change * p.by_place[l] + moves * q.by_place[l];
+                t.by_blur_v[l] += change * p.by_blur[l] + moves * q.by_blur[l];
+                t.by_growth_v[l] += moves * p.by_place[l] + change * q.by_place[l];
+                let change = row.by_place[l] - before.by_place[l];
+                let moves = sign * (2.0 * both.by_place[l] - before.by_place[l] - row.by_place[l]);
+                t.by_u[l] += change * p.share[l] + moves * q.share[l];
+                let change = row.by_blur[l] - before.by_blur[l];
+                let moves = sign * (2.0 * both.by_blur[l] - before.by_blur[l] - row.by_blur[l]);
+                t.by_blur_u[l] += change * p.share[l] + moves * q.share[l];
+                let change = row.by_growth[l] - before.by_growth[l];
+                let moves = sign * (2.0 * both.by_growth[l] - before.by_growth[l] - row.by_growth[l]);
+                t.by_growth_u[l] += change * p.share[l] + moves * q.share[l];
             }
             before = row;
         }
@@ -160,16 +185,15 @@ impl Row {
             row.value[l] = 0.25 * colour(words[l], 0) as f32;
         }
         for k in 1..WINDOW {
-            let (p, q) = (&along.rising[k], &along.falling[k]);
+            let (p, q) = (&along.mean[k], &along.ahead[k]);
             for l in 0..BLOCK {
                 // Colours are given as four times their brightness; only from black to white and back it changes by all four.
                 let code = colour(words[l], k) - colour(words[l], k - 1);
-                let (change, moves) = (0.25 * code as f32, (code * code / 16) as f32);
-                let (rise, fall) = (0.5 * (moves + change), 0.5 * (moves - change));
-                row.value[l] += rise * p.share[l] - fall * q.share[l];
-                row.by_place[l] += rise * p.by_place[l] - fall * q.by_place[l];
-                row.by_blur[l] += rise * p.by_blur[l] - fall * q.by_blur[l];
-                row.by_growth[l] += rise * p.by_place[l] + fall * q.by_place[l];
+                let (change, moves) = (0.25 * code as f32, (code * code >> 4) as f32);
+                row.value[l] += change * p.share[l] + moves * q.share[l];
+                row.by_place[l] += change * p.by_place[l] + moves * q.by_place[l];
+                row.by_blur[l] += change * p.by_blur[l] + moves * q.by_blur[l];
+                row.by_growth[l] += moves * p.by_place[l] + change * q.by_place[l];
             }
         }
         row
