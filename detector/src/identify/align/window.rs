@@ -71,7 +71,7 @@ impl<const WINDOW: usize> Steps<WINDOW> {
         let (mut inverse, mut growth) = (ZERO, ZERO);
         for l in 0..BLOCK {
             inverse[l] = 1.0 / (sigma * coordinate.speed[l]);
-            growth[l] = (bloom * coordinate.speed[l]).max(-MOST_GROWTH).min(MOST_GROWTH);
+            growth[l] = (bloom * coordinate.speed[l]).clamp(-MOST_GROWTH, MOST_GROWTH);
         }
         let (mut rising, mut falling) = (ZERO, ZERO);
         for k in 1..WINDOW {
@@ -189,7 +189,7 @@ impl Row {
             for l in 0..BLOCK {
                 // Colours are given as four times their brightness; only from black to white and back it changes by all four.
                 let code = colour(words[l], k) - colour(words[l], k - 1);
-                let (change, moves) = (0.25 * code as f32, (code * code >> 4) as f32);
+                let (change, moves) = (0.25 * code as f32, ((code * code) >> 4) as f32);
                 row.value[l] += change * p.share[l] + moves * q.share[l];
                 row.by_place[l] += change * p.by_place[l] + moves * q.by_place[l];
                 row.by_blur[l] += change * p.by_blur[l] + moves * q.by_blur[l];
