@@ -1,7 +1,8 @@
 //! Writes the data file of a published family from a table of its codes.
 
 use std::process::ExitCode;
-use tagbus_family::published::{self, Recipe};
+use tagbus_family::Recipe;
+use tagbus_family::published;
 
 const USAGE: &str = "\
 usage: pack FAMILY TABLE OUTPUT
@@ -32,12 +33,13 @@ fn main() -> ExitCode {
 }
 
 fn pack(family: &str, table: &str, output: &str) -> Result<String, String> {
-    let recipe = published::recipe(family).map_err(|error| error.to_string())?;
+    let published = published::named(family).map_err(|error| error.to_string())?;
+    let recipe = published.recipe().map_err(|error| error.to_string())?;
     let text = std::fs::read_to_string(table).map_err(|error| format!("cannot read {table}: {error}"))?;
-    let codes = read_codes(&text, recipe.count).map_err(|message| format!("{table}: {message}"))?;
-    let packed = published::pack(&candidate_numbers(recipe, &codes)?);
+    let codes = read_codes(&text, published.count).map_err(|message| format!("{table}: {message}"))?;
+    let packed = published::pack(&candidate_numbers(&recipe, &codes)?);
     std::fs::write(output, &packed).map_err(|error| format!("cannot write {output}: {error}"))?;
-    Ok(format!("{}: {} codes in {} bytes", recipe.name, codes.len(), packed.len()))
+    Ok(format!("{}: {} codes in {} bytes", published.name, codes.len(), packed.len()))
 }
 
 fn read_codes(text: &str, count: usize) -> Result<Vec<u64>, String> {
@@ -56,9 +58,8 @@ fn read_codes(text: &str, count: usize) -> Result<Vec<u64>, String> {
 /// The places of the codes in the candidate sequence, which must increase: else the table is not in the order of its
 /// ids, has its bits in another order, or belongs to another family.
 fn candidate_numbers(recipe: &Recipe, codes: &[u64]) -> Result<Vec<u64>, String> {
-    let layout = recipe.layout().map_err(|error| error.to_string())?;
-    let candidates = recipe.candidates(&layout);
-    let number = |&code: &u64| candidates.number(recipe.to_candidate(&layout, code));
+    let candidates = recipe.candidates();
+    let number = |&code: &u64| candidates.number(recipe.to_candidate(code));
     let numbers: Vec<u64> = codes.iter().map(number).collect();
     match numbers.windows(2).position(|pair| pair[0] >= pair[1]) {
         Some(id) => {

@@ -26,10 +26,11 @@ impl Family {
     /// # Errors
     /// [`UnknownFamily`], which names the nearest known one.
     pub fn published(name: &str) -> Result<Family, UnknownFamily> {
-        let recipe = published::recipe(name)?;
-        let layout = recipe.layout().expect("recipes have valid layouts, a test goes through all of them");
-        let codes = recipe.codes(&layout);
-        Ok(Family { name: recipe.name.to_owned(), layout, codes, distance: recipe.distance })
+        let published = published::named(name)?;
+        let recipe = published.recipe().expect("their layouts are valid, a test goes through all of them");
+        let codes = recipe.codes(&published.numbers());
+        let (name, distance) = (published.name.to_owned(), published.distance);
+        Ok(Family { name, layout: recipe.layout().clone(), codes, distance })
     }
 
     /// A family of one's own. `distance` is the number of bits in which any two codes differ at least, however they

@@ -42,7 +42,7 @@
 //! assert_eq!((found.id, found.hamming, found.rotation), (42, 1, 3));
 //! # Ok::<(), tagbus_family::UnknownFamily>(())
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 #[cfg(test)]
 mod random;
@@ -64,6 +64,11 @@ pub use grid::{Grid, Paint};
 pub mod candidates;
 pub mod complexity;
 pub mod published;
+
+mod recipe;
+pub use recipe::{BitOrder, Recipe, RecipeError, largest_distance};
+
+pub mod search;
 
 mod name;
 pub use name::{UnknownFamily, nearest_name};

@@ -4,10 +4,11 @@
 //! before, in the variable-length form of LEB128: seven bits a byte, lowest first, the high bit set on all but the
 //! last. `cargo run --example pack` writes such files. The tests measure every code instead of trusting the table.
 
-use crate::candidates::Candidates;
+use crate::complexity::{Metric, Rule};
 use crate::layout::Layout;
 use crate::layout_error::LayoutError;
 use crate::name::UnknownFamily;
+use crate::recipe::{BitOrder, Recipe};
 
 /// The names of the published families.
 pub const NAMES: [&str; 9] = [
@@ -35,18 +36,9 @@ pub enum Shape {
     Letters(&'static str),
 }
 
-/// In which order the bits of a candidate lie in the tag.
+/// A published family: how it was made, and what came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BitOrder {
-    /// As [`Layout::bits`] says.
-    Quadrants,
-    /// Row after row from the top: the families of the first AprilTag releases.
-    Rows,
-}
-
-/// How a published family was made: enough to make it again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Recipe {
+pub struct Published {
     /// The family's name.
     pub name: &'static str,
     /// Its cells.
@@ -66,9 +58,9 @@ pub struct Recipe {
 const CUSTOM_48: &str = "dddddddddd dbbbbbbbbd dbwwwwwwbd dbwddddwbd dbwdxxdwbd \
                          dbwdxxdwbd dbwddddwbd dbwwwwwwbd dbbbbbbbbd dddddddddd";
 
-/// One recipe for each of [`NAMES`], in the same order.
+/// One for each of [`NAMES`], in the same order.
 #[rustfmt::skip]
-pub const RECIPES: [Recipe; 9] = [
+pub const FAMILIES: [Published; 9] = [
     classic(NAMES[0],  8,  5,  5,   30, include_bytes!("../data/tag16h5.bin")),
     classic(NAMES[1],  9,  9,  8,   35, include_bytes!("../data/tag25h9.bin")),
     classic(NAMES[2], 10, 10, 10, 2320, include_bytes!("../data/tag36h10.bin")),
@@ -87,9 +79,9 @@ const fn classic(
     complexity: u32,
     count: usize,
     packed: &'static [u8],
-) -> Recipe {
+) -> Published {
     let shape = Shape::Classic(total_width);
-    Recipe { name, shape, distance, complexity, order: BitOrder::Rows, count, packed }
+    Published { name, shape, distance, complexity, order: BitOrder::Rows, count, packed }
 }
 
 const fn flexible(
@@ -99,19 +91,19 @@ const fn flexible(
     complexity: u32,
     count: usize,
     packed: &'static [u8],
-) -> Recipe {
-    Recipe { name, shape, distance, complexity, order: BitOrder::Quadrants, count, packed }
+) -> Published {
+    Published { name, shape, distance, complexity, order: BitOrder::Quadrants, count, packed }
 }
 
-/// The recipe of a published family. Takes the full name, the name without `tag`, or only its numbers (`41h12`),
+/// A published family. Takes the full name, the name without `tag`, or only its numbers (`41h12`),
 /// in capitals or not.
 ///
 /// # Errors
 /// [`UnknownFamily`], which names the nearest published one.
-pub fn recipe(name: &str) -> Result<&'static Recipe, UnknownFamily> {
+pub fn named(name: &str) -> Result<&'static Published, UnknownFamily> {
     let wanted = name.to_lowercase();
-    let is_wanted = |recipe: &&Recipe| spellings(recipe.name).contains(&wanted);
-    RECIPES.iter().find(is_wanted).ok_or_else(|| UnknownFamily::new(name))
+    let is_wanted = |family: &&Published| spellings(family.name).contains(&wanted);
+    FAMILIES.iter().find(is_wanted).ok_or_else(|| UnknownFamily::new(name))
 }
 
 fn spellings(name: &str) -> [String; 3] {
@@ -121,11 +113,11 @@ fn spellings(name: &str) -> [String; 3] {
     [full, short, numbers]
 }
 
-impl Recipe {
+impl Published {
     /// The family's layout.
     ///
     /// # Errors
-    /// [`LayoutError`], never for the recipes of [`RECIPES`].
+    /// [`LayoutError`], never for those of [`FAMILIES`].
     pub fn layout(&self) -> Result<Layout, LayoutError> {
         match self.shape {
             Shape::Classic(total_width) => Layout::classic(total_width),
@@ -135,30 +127,25 @@ impl Recipe {
         }
     }
 
-    /// The candidate sequence in which the codes were searched.
-    pub fn candidates(&self, layout: &Layout) -> Candidates {
-        Candidates::new(layout.bit_count(), self.distance, self.complexity)
+    /// How the codes were searched.
+    ///
+    /// # Errors
+    /// [`LayoutError`], never for those of [`FAMILIES`].
+    pub fn recipe(&self) -> Result<Recipe, LayoutError> {
+        let layout = self.layout()?;
+        let rule = match self.order {
+            BitOrder::Rows => Rule { metric: Metric::DataRectangles, least: self.complexity },
+            BitOrder::Quadrants => {
+                Rule { metric: Metric::Ising, least: Metric::Ising.default_least(&layout) }
+            }
+        };
+        let recipe = Recipe::new(layout, self.distance, self.complexity, rule);
+        Ok(recipe.expect("published distances exist, a test goes through all of them").with_order(self.order))
     }
 
-    /// The candidate from which the tag with this code was made.
-    pub fn to_candidate(&self, layout: &Layout, code: u64) -> u64 {
-        match self.order {
-            BitOrder::Quadrants => code,
-            BitOrder::Rows => layout.to_row_major(code),
-        }
-    }
-
-    /// The code of the tag that is made from a candidate: the inverse of [`Recipe::to_candidate`].
-    pub fn from_candidate(&self, layout: &Layout, candidate: u64) -> u64 {
-        match self.order {
-            BitOrder::Quadrants => candidate,
-            BitOrder::Rows => layout.from_row_major(candidate),
-        }
-    }
-
-    pub(crate) fn codes(&self, layout: &Layout) -> Vec<u64> {
-        let candidates = self.candidates(layout);
-        unpack(self.packed).map(|number| self.from_candidate(layout, candidates.code(number))).collect()
+    /// The numbers of the codes in the candidate sequence, in the order of their ids.
+    pub fn numbers(&self) -> Vec<u64> {
+        unpack(self.packed).collect()
     }
 }
 
@@ -208,33 +195,33 @@ mod tests {
     }
 
     #[test]
-    fn recipes_stand_in_the_order_of_the_names() {
-        for (recipe, name) in RECIPES.iter().zip(NAMES) {
-            assert_eq!(recipe.name, name);
+    fn families_stand_in_the_order_of_the_names() {
+        for (family, name) in FAMILIES.iter().zip(NAMES) {
+            assert_eq!(family.name, name);
         }
     }
 
     #[test]
     fn names_are_taken_with_or_without_prefix_and_in_any_case() {
         for spelling in ["tagStandard41h12", "TAGSTANDARD41H12", "standard41h12", "41h12"] {
-            assert_eq!(recipe(spelling).map(|recipe| recipe.name), Ok("tagStandard41h12"), "{spelling}");
+            assert_eq!(named(spelling).map(|family| family.name), Ok("tagStandard41h12"), "{spelling}");
         }
         for spelling in ["tag36h11", "36h11", "36H11"] {
-            assert_eq!(recipe(spelling).map(|recipe| recipe.name), Ok("tag36h11"), "{spelling}");
+            assert_eq!(named(spelling).map(|family| family.name), Ok("tag36h11"), "{spelling}");
         }
         for spelling in ["", "tag", "h11", "36", "tagtag36h11 "] {
-            assert!(recipe(spelling).is_err(), "{spelling}");
+            assert!(named(spelling).is_err(), "{spelling}");
         }
     }
 
     #[test]
     fn a_tag_and_its_candidate_are_found_from_each_other() {
-        for recipe in &RECIPES {
-            let layout = recipe.layout().unwrap();
-            let candidates = recipe.candidates(&layout);
+        for family in &FAMILIES {
+            let recipe = family.recipe().unwrap();
+            let candidates = recipe.candidates();
             for candidate in (1..1000).map(|k| candidates.code(k)) {
-                let code = recipe.from_candidate(&layout, candidate);
-                assert_eq!(recipe.to_candidate(&layout, code), candidate, "{}", recipe.name);
+                let code = recipe.from_candidate(candidate);
+                assert_eq!(recipe.to_candidate(code), candidate, "{}", family.name);
             }
         }
     }
