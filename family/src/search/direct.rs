@@ -11,10 +11,10 @@ use crate::candidates::Candidates;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Codes that are compared first: as many as stay in the first cache.
-const NEAR_CODES: usize = 1500;
+/// Codes that are compared first: 32 KiB, as many as stay in the first cache.
+const NEAR_CODES: usize = 4000;
 /// Numbers of candidates a chunk, at least and at most.
-const CHUNKS: (u64, u64) = (1 << 13, 1 << 25);
+const CHUNKS: (u64, u64) = (1 << 13, 1 << 26);
 /// With fewer survivors than the first the next chunk is larger, with more than the second it is smaller.
 const SURVIVORS: (usize, usize) = (2_000, 20_000);
 
