@@ -1,9 +1,11 @@
 //! Families: a layout and the codes that are tags.
 
+use crate::aruco::{self, Dictionary};
 use crate::grid::Grid;
+use crate::kalibr;
 use crate::layout::Layout;
 use crate::name::UnknownFamily;
-use crate::published;
+use crate::published::{self, Published};
 use std::fmt;
 
 /// A layout with a list of codes; the place of a code in the list is the tag's id.
@@ -16,21 +18,53 @@ pub struct Family {
 }
 
 impl Family {
-    /// The names that [`Family::published`] knows.
+    /// The names of the nine published AprilTag families.
     pub const PUBLISHED: [&'static str; 9] = published::NAMES;
 
-    /// A published AprilTag family by name: `tag36h11`, `36h11` or `TAG36H11`.
+    /// The names of the published families of others: ArUco as OpenCV calls them, and the tags of Kalibr's Aprilgrid.
+    pub const OTHERS: [&'static str; 19] = crate::name::others();
+
+    /// A published family by name: `tag36h11`, `36h11` or `TAG36H11`; `DICT_4X4_50`, `4x4_50` or `aruco4x4_50`;
+    /// `kalibr36h11`. OpenCV's names of AprilTag families are taken too (`DICT_APRILTAG_36h11` is tag36h11; tags that
+    /// OpenCV draws are turned by half a turn).
     ///
-    /// tagCircle49h12 has all 65,698 codes; the AprilTag C library stops before id 65,535.
+    /// tagCircle49h12 has all 65,698 codes; the AprilTag C library stops before id 65,535. DICT_ARUCO_ORIGINAL has a
+    /// distance of 1, and its tag 1023 looks the same after half a turn: its id is right, but its corners may begin
+    /// with either of two.
     ///
     /// # Errors
     /// [`UnknownFamily`], which names the nearest known one.
     pub fn published(name: &str) -> Result<Family, UnknownFamily> {
-        let published = published::named(name)?;
+        let apriltag = aruco::apriltag(name);
+        if let Ok(published) = published::named(apriltag.as_deref().unwrap_or(name)) {
+            return Ok(Family::of_apriltag(published));
+        }
+        if let Some(dictionary) = aruco::named(name) {
+            return Ok(Family::of_aruco(dictionary));
+        }
+        if name.eq_ignore_ascii_case(kalibr::NAME) {
+            return Ok(Family::of_kalibr());
+        }
+        Err(UnknownFamily::new(name, &crate::name::KNOWN))
+    }
+
+    fn of_apriltag(published: &Published) -> Family {
         let recipe = published.recipe().expect("their layouts are valid, a test goes through all of them");
         let codes = recipe.codes(&published.numbers());
         let (name, distance) = (published.name.to_owned(), published.distance);
-        Ok(Family { name, layout: recipe.layout().clone(), codes, distance })
+        Family { name, layout: recipe.layout().clone(), codes, distance }
+    }
+
+    fn of_aruco(dictionary: &Dictionary) -> Family {
+        let layout = dictionary.layout().expect("their layouts are valid, a test goes through all of them");
+        let codes = dictionary.rows().into_iter().map(|rows| layout.from_row_major(rows)).collect();
+        Family { name: dictionary.name.to_owned(), layout, codes, distance: dictionary.distance }
+    }
+
+    fn of_kalibr() -> Family {
+        let layout = kalibr::layout().expect("the layout is valid, a test makes it");
+        let same_codes = published::named("tag36h11").expect("one of the nine");
+        Family { name: kalibr::NAME.to_owned(), layout, ..Family::of_apriltag(same_codes) }
     }
 
     /// A family of one's own. `distance` is the number of bits in which any two codes differ at least, however they

@@ -61,8 +61,10 @@ pub use layout::Layout;
 mod grid;
 pub use grid::{Grid, Paint};
 
+pub mod aruco;
 pub mod candidates;
 pub mod complexity;
+pub mod kalibr;
 pub mod published;
 
 mod recipe;

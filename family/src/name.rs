@@ -1,6 +1,6 @@
 //! Names: finding the one that a mistyped name was meant to be.
 
-use crate::published;
+use crate::{aruco, kalibr, published};
 use std::fmt;
 
 /// The known name that is nearest to `name` by edit distance, whatever the case; of equally near ones the last.
@@ -29,33 +29,61 @@ fn edit_distance(left: &str, right: &str) -> usize {
     row[right.chars().count()]
 }
 
+/// Every name that [`crate::Family::published`] knows.
+pub(crate) const KNOWN: [&str; 28] = {
+    let (mut names, others) = ([""; 28], others());
+    let mut place = 0;
+    while place < names.len() {
+        let first = published::NAMES.len();
+        names[place] = if place < first { published::NAMES[place] } else { others[place - first] };
+        place += 1;
+    }
+    names
+};
+
+/// The names of [`crate::Family::OTHERS`].
+pub(crate) const fn others() -> [&'static str; 19] {
+    let mut names = [kalibr::NAME; 19];
+    let mut place = 0;
+    while place < aruco::NAMES.len() {
+        names[place] = aruco::NAMES[place];
+        place += 1;
+    }
+    names
+}
+
 /// No published family has this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownFamily {
     /// The name as it was given.
     pub name: String,
-    /// The published name that is nearest to it.
+    /// The known name that is nearest to it.
     pub nearest: &'static str,
+    /// All names that would have been taken.
+    pub known: &'static [&'static str],
 }
 
 impl UnknownFamily {
-    pub(crate) fn new(name: &str) -> UnknownFamily {
-        let with_prefix = format!("tag{name}");
-        let full_name = if name.to_lowercase().starts_with("tag") { name } else { &with_prefix };
-        // The list is not empty, so the fallback is never taken.
-        let nearest = nearest_name(full_name, &published::NAMES).unwrap_or(published::NAMES[0]);
-        UnknownFamily { name: name.to_owned(), nearest }
+    pub(crate) fn new(name: &str, known: &'static [&'static str]) -> UnknownFamily {
+        UnknownFamily { name: name.to_owned(), nearest: nearest_family(name, known), known }
     }
+}
+
+/// The nearest name, be it that the words before the numbers are missing.
+fn nearest_family(name: &str, known: &[&'static str]) -> &'static str {
+    let spelled = [name.to_owned(), format!("tag{name}"), format!("DICT_{name}")];
+    let nearest = spelled.iter().filter_map(|name| {
+        let nearest = nearest_name(name, known)?;
+        Some((edit_distance(&name.to_lowercase(), &nearest.to_lowercase()), nearest))
+    });
+    // The list is not empty, so the fallback is never taken.
+    nearest.min_by_key(|(distance, _)| *distance).map_or(published::NAMES[0], |(_, nearest)| nearest)
 }
 
 impl fmt::Display for UnknownFamily {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let UnknownFamily { name, nearest } = self;
-        write!(
-            out,
-            "unknown tag family {name:?}, did you mean {nearest}? known are {}",
-            published::NAMES.join(", ")
-        )
+        let UnknownFamily { name, nearest, known } = self;
+        write!(out, "unknown tag family {name:?}, did you mean {nearest}? known are {}", known.join(", "))
     }
 }
 
@@ -82,12 +110,15 @@ mod tests {
 
     #[test]
     fn an_unknown_family_names_the_nearest_published_one() {
-        let nearest = |name| UnknownFamily::new(name).nearest;
+        let nearest = |name| UnknownFamily::new(name, &KNOWN).nearest;
         assert_eq!(nearest("tag36h12"), "tag36h11");
         assert_eq!(nearest("36h1"), "tag36h11");
         assert_eq!(nearest("TAGSTANDARD41H13"), "tagStandard41h12");
         assert_eq!(nearest("tagCustom48"), "tagCustom48h12");
         assert_eq!(nearest("circle21"), "tagCircle21h7");
+        assert_eq!(nearest("DICT_4X4_5"), "DICT_4X4_50");
+        assert_eq!(nearest("6x6_259"), "DICT_6X6_250");
+        assert_eq!(UnknownFamily::new("DICT_4X4_50", &published::NAMES).known, published::NAMES);
     }
 
     #[test]

@@ -103,7 +103,7 @@ const fn flexible(
 pub fn named(name: &str) -> Result<&'static Published, UnknownFamily> {
     let wanted = name.to_lowercase();
     let is_wanted = |family: &&Published| spellings(family.name).contains(&wanted);
-    FAMILIES.iter().find(is_wanted).ok_or_else(|| UnknownFamily::new(name))
+    FAMILIES.iter().find(is_wanted).ok_or_else(|| UnknownFamily::new(name, &NAMES))
 }
 
 fn spellings(name: &str) -> [String; 3] {

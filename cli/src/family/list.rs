@@ -1,4 +1,4 @@
-//! `tagbus family list`: the published families side by side.
+//! `tagbus family list`: the published families side by side, first ours, then those of others.
 
 use std::io::{self, Write};
 
@@ -10,7 +10,8 @@ use crate::output::Reader;
 use crate::tag_json::rounded;
 
 const HEADING: &str =
-    "name               codes  distance  bits  tag size / printed size  border    corrected by default";
+    "name                    codes  distance  bits  tag size / printed size  border    corrected by default";
+const HEADING_OF_OTHERS: &str = "Of others (ArUco as OpenCV names it, the tags of Kalibr's Aprilgrid):";
 
 /// What the table says about a family.
 #[derive(Debug, Serialize)]
@@ -49,7 +50,7 @@ impl<'a> Summary<'a> {
         let cells = format!("{}/{}", self.tag_cells, self.printed_cells);
         let ratio = format!("{cells:>5} cells = {:.3}", self.ratio);
         format!(
-            "{name:<17}{codes:>7}  {distance:>8}  {bits:>4}  {ratio:<23}  {border:<8}  {}",
+            "{name:<22}{codes:>7}  {distance:>8}  {bits:>4}  {ratio:<23}  {border:<8}  {}",
             self.corrected_by_default
         )
     }
@@ -63,19 +64,30 @@ pub(super) fn border_name(border: Border) -> &'static str {
     }
 }
 
-/// Writes the table, or a line of JSON a family.
+/// Writes two tables, or a line of JSON a family.
 pub(super) fn execute(json: bool) -> Result<Outcome, Failure> {
     let mut out = io::stdout().lock();
-    if !json {
-        writeln!(out, "{}", Reader::of_stdout().bold(HEADING))?;
+    let reader = Reader::of_stdout();
+    if json {
+        write_lines(&Family::PUBLISHED, json, &mut out)?;
+        write_lines(&Family::OTHERS, json, &mut out)?;
+        return Ok(Outcome::Done);
     }
-    for name in Family::PUBLISHED {
+    writeln!(out, "{}", reader.bold(HEADING))?;
+    write_lines(&Family::PUBLISHED, json, &mut out)?;
+    writeln!(out, "\n{}", reader.bold(HEADING_OF_OTHERS))?;
+    write_lines(&Family::OTHERS, json, &mut out)?;
+    Ok(Outcome::Done)
+}
+
+fn write_lines(names: &[&str], json: bool, out: &mut impl Write) -> Result<(), Failure> {
+    for name in names {
         let family = Family::published(name)?;
         let summary = Summary::of(&family);
         let line = if json { serde_json::to_string(&summary)? } else { summary.row() };
         writeln!(out, "{line}")?;
     }
-    Ok(Outcome::Done)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -86,7 +98,18 @@ mod tests {
     fn rows_stand_below_their_headings() {
         let family = Family::published("tagStandard41h12").unwrap();
         let row = Summary::of(&family).row();
-        assert_eq!(row, "tagStandard41h12    2115        12    41    5/9 cells = 0.556      reversed  2");
+        assert_eq!(
+            row,
+            "tagStandard41h12         2115        12    41    5/9 cells = 0.556      reversed  2"
+        );
         assert_eq!(row.find("reversed"), HEADING.find("border"));
+    }
+
+    #[test]
+    fn names_of_every_family_leave_room_for_the_codes_and_fit_into_messages() {
+        for name in Family::PUBLISHED.iter().chain(&Family::OTHERS) {
+            assert!(name.len() < 22, "{name}");
+            assert!(name.len() <= tagbus_message::detection::FAMILY_NAME_BYTES, "{name}");
+        }
     }
 }

@@ -74,7 +74,7 @@ fn every_command_has_a_help_with_examples() {
 #[test]
 fn families_are_told_as_text_and_as_json() {
     let table = printed(&mut tagbus(["family", "list"]), 0);
-    assert_eq!(table.lines().count(), 1 + 9);
+    assert_eq!(table.lines().count(), 1 + 9 + 2 + 19);
     let families = json_lines(&printed(&mut tagbus(["family", "list", "--json"]), 0));
     let circle = families.iter().find(|family| family["name"] == "tagCircle49h12").unwrap();
     assert_eq!((circle["codes"].as_u64(), circle["tag_cells"].as_u64()), (Some(65_698), Some(5)));
