@@ -80,3 +80,6 @@ pub use family::{Family, FamilyError, MinimumDistance};
 
 mod index;
 pub use index::{Found, Index};
+
+#[cfg(feature = "file")]
+pub mod file;

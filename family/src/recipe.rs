@@ -14,6 +14,24 @@ pub enum BitOrder {
     Rows,
 }
 
+impl BitOrder {
+    /// Both.
+    pub const ALL: [BitOrder; 2] = [BitOrder::Quadrants, BitOrder::Rows];
+
+    /// `quadrants` or `rows`.
+    pub fn name(self) -> &'static str {
+        match self {
+            BitOrder::Quadrants => "quadrants",
+            BitOrder::Rows => "rows",
+        }
+    }
+
+    /// The order of this name.
+    pub fn named(name: &str) -> Option<BitOrder> {
+        BitOrder::ALL.into_iter().find(|order| order.name() == name)
+    }
+}
+
 /// The recipe of a family: a greedy search through the candidate sequence keeps every code that is complex enough and
 /// far enough from its own rotations and from all codes before.
 ///

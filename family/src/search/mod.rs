@@ -13,6 +13,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod apart;
 mod balls;
 mod direct;
 mod judge;
@@ -21,6 +22,7 @@ mod near;
 mod state;
 mod sweep;
 
+pub use apart::{TooClose, first_too_close};
 pub use level::{Level, UnknownLevel};
 pub use state::{Ending, Limits, Progress, State, Sweep};
 

@@ -1,0 +1,93 @@
+//! Whether the codes of a family are as far apart as it says: quicker than measuring how far they are.
+
+use super::level::{Kernel, Level};
+use super::near::any_within;
+use crate::layout::Layout;
+
+/// Two tags that resemble each other more than their family says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooClose {
+    /// The id of the one.
+    pub first: usize,
+    /// The id of the other, or the same: a tag that resembles itself turned.
+    pub second: usize,
+    /// In how many bits they differ, the one turned.
+    pub bits: u32,
+}
+
+/// The first tag that differs from itself turned, or from one before in any rotation, in fewer than `distance` bits.
+/// About a second for 65,000 codes with AVX-512, ten times that on processors that cannot count bits.
+pub fn first_too_close(layout: &Layout, codes: &[u64], distance: u32) -> Option<TooClose> {
+    let level = Level::best();
+    let turned = |code: u64| {
+        let once = layout.rotate90(code);
+        let twice = layout.rotate90(once);
+        [code, once, twice, layout.rotate90(twice)]
+    };
+    (0..codes.len()).find_map(|second| {
+        let [code, turns @ ..] = turned(codes[second]);
+        let own = turns.iter().map(|turned| (code ^ turned).count_ones()).min().unwrap_or(0);
+        if own < distance {
+            return Some(TooClose { first: second, second, bits: own });
+        }
+        let rotations = [code, turns[0], turns[1], turns[2]];
+        let is_close = level.run(AnyOf { rotations, codes: &codes[..second], distance });
+        is_close.then(|| nearest(&rotations, &codes[..second], second))
+    })
+}
+
+fn nearest(rotations: &[u64; 4], codes: &[u64], second: usize) -> TooClose {
+    let bits = |code: u64| rotations.iter().map(|turned| (turned ^ code).count_ones()).min().unwrap_or(0);
+    let distances =
+        codes.iter().enumerate().map(|(first, &code)| TooClose { first, second, bits: bits(code) });
+    distances.min_by_key(|found| found.bits).unwrap_or(TooClose { first: second, second, bits: 0 })
+}
+
+struct AnyOf<'a> {
+    rotations: [u64; 4],
+    codes: &'a [u64],
+    distance: u32,
+}
+
+impl Kernel for AnyOf<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let mut any = false;
+        for turned in self.rotations {
+            any |= any_within(turned, self.codes, self.distance);
+        }
+        any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Family;
+
+    #[test]
+    fn published_families_are_as_far_apart_as_they_say_and_no_further() {
+        for name in ["tag16h5", "tag25h9", "tag36h11", "tagCircle21h7"] {
+            let family = Family::published(name).unwrap();
+            let found = |distance| first_too_close(family.layout(), family.codes(), distance);
+            assert_eq!(found(family.distance()), None, "{name}");
+            let TooClose { first, second, bits } = found(family.distance() + 1).unwrap();
+            assert_eq!(bits, family.distance(), "{name}: {first} and {second}");
+        }
+    }
+
+    #[test]
+    fn the_two_tags_are_named() {
+        let family = Family::published("tag36h11").unwrap();
+        let mut codes = family.codes()[..40].to_vec();
+        codes.push(family.layout().rotate90(codes[7]) ^ 0b11);
+        let found = first_too_close(family.layout(), &codes, 11);
+        assert_eq!(found, Some(TooClose { first: 7, second: 40, bits: 2 }));
+        assert_eq!(
+            first_too_close(family.layout(), &[0], 11),
+            Some(TooClose { first: 0, second: 0, bits: 0 })
+        );
+    }
+}
