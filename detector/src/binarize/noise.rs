@@ -16,7 +16,7 @@ const FLAT_SHARE: f32 = 0.05;
 /// That share of the ranges of 16 samples of noise lies below this many sigmas.
 const FLAT_RANGE_SIGMAS: f32 = 2.3;
 /// Every how many rows of tiles votes.
-const ROW_STEP: usize = 4;
+pub(super) const ROW_STEP: usize = 4;
 /// Tiles that the sensor may have clipped do not vote: they look flat without being so.
 const UNCLIPPED: std::ops::Range<u8> = 6..250;
 

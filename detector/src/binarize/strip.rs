@@ -70,6 +70,14 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         }
     }
 
+    /// Asks for the pixels of a row of tiles, if there is one.
+    #[inline(always)]
+    fn prefetch(&self, tile_row: usize) {
+        if tile_row < self.all {
+            (0..TILE).for_each(|i| self.raster.prefetch(self.row_of(tile_row, i)));
+        }
+    }
+
     /// The places of a row of tiles among the extremes.
     #[inline(always)]
     fn places(&self, tile_row: usize, scratch: &Scratch) -> std::ops::Range<usize> {
@@ -108,6 +116,7 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
         let Self { strip, scratch } = self;
         scratch.ranges.clear();
         for row in (strip.first..strip.end).filter(|row| noise::votes(*row)) {
+            strip.prefetch(row + noise::ROW_STEP);
             strip.fetch(row, &mut scratch.slots);
             strip.find_extremes(row, scratch);
             let places = strip.places(row, scratch);
@@ -142,6 +151,7 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
         let strip = self.strip;
         for row in strip.before()..=strip.end {
             if row < strip.all {
+                strip.prefetch(row + 2);
                 strip.fetch(row, &mut self.part.scratch.slots);
                 let is_own = (strip.first..strip.end).contains(&row);
                 if !(is_own && self.are_measured && noise::votes(row)) {
@@ -165,6 +175,10 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
         let Scratch { minima, maxima, tiles, slots, columns, cut_of_pixel, unwanted, .. } = &mut **scratch;
         let cuts = &mut cuts[(tile_row - strip.first) * *tiles..][..*tiles];
         fill_row(around, minima, maxima, *limit, columns, cuts);
+        // Most rows of tiles of a plain wall: their pixels need not be read again.
+        if cuts.iter().fold(0, |any, cut| any | cut) == 0 {
+            return self.clear(tile_row);
+        }
         spread::<TILE>(cuts, cut_of_pixel);
         let (words, top) = (unwanted.len(), strip.first * TILE);
         for y in strip.row_of(tile_row, 0)..=strip.row_of(tile_row, TILE - 1) {
@@ -177,6 +191,17 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
                 (None, None) => return,
             };
             simd::threshold_row(strip.level, row, cut_of_pixel, dark, bright);
+        }
+    }
+
+    /// A row of tiles without contrast: no pixel of it is dark or bright.
+    #[inline(always)]
+    fn clear(&mut self, tile_row: usize) {
+        let Self { strip, part: Part { dark, bright, scratch, .. }, .. } = self;
+        let (words, top) = (scratch.unwanted.len(), strip.first * TILE);
+        let (first, last) = (strip.row_of(tile_row, 0) - top, strip.row_of(tile_row, TILE - 1) - top);
+        for plane in [dark, bright].into_iter().flatten() {
+            plane[first * words..(last + 1) * words].fill(0);
         }
     }
 }

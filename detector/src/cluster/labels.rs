@@ -172,8 +172,11 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
         runs.push_row(level, bits, current);
+        if runs.of_row(row).is_empty() {
+            continue;
+        }
         labels.of_run.resize(runs.starts().len(), NO_LABEL);
-        if row > 0 && !runs.of_row(row).is_empty() && !runs.of_row(row - 1).is_empty() {
+        if row > 0 && !runs.of_row(row - 1).is_empty() {
             let mut within = WithinBand { upper: previous, lower: current, labels: &mut *labels };
             join_rows::<EIGHT, _>(level, above, bits, &mut contacts, &mut within);
         }

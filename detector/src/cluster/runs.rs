@@ -46,13 +46,17 @@ impl Runs {
         self.first_of_row.len().saturating_sub(1)
     }
 
-    /// Appends the runs of a row and fills `ranks`, the row's index.
+    /// Appends the runs of a row and fills `ranks`, the row's index, unless there are none.
     #[inline(always)]
     pub(super) fn push_row(&mut self, level: Level, bits: &[u64], ranks: &mut Ranks) {
+        // Most rows of a plain wall.
+        if bits.iter().all(|word| *word == 0) {
+            return self.first_of_row.push(self.start.count as u32);
+        }
         ranks.resize(bits.len());
         self.start_bits.resize(bits.len(), 0);
         self.end_bits.resize(bits.len(), 0);
-        let (mut carry, mut any, mut before) = (0, 0, self.start.count as u32);
+        let (mut carry, mut before) = (0, self.start.count as u32);
         let words = bits.iter().zip(&mut self.start_bits).zip(&mut self.end_bits).zip(&mut ranks.words);
         for (((word, start), end), rank) in words {
             let shifted = word << 1 | carry;
@@ -60,13 +64,9 @@ impl Runs {
             (*start, *end) = (word & !shifted, shifted & !word);
             *rank = Rank { starts: *start, before };
             before += start.count_ones();
-            any |= word;
         }
-        // Most rows of a plain wall.
-        if any != 0 {
-            self.start.push(level, &self.start_bits);
-            self.end.push(level, &self.end_bits);
-        }
+        self.start.push(level, &self.start_bits);
+        self.end.push(level, &self.end_bits);
         self.first_of_row.push(self.start.count as u32);
     }
 }

@@ -62,12 +62,25 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
     scalar::threshold_row(&row[done..], &cuts[done..], &mut dark[word..], &mut bright[word..]);
 }
 
+/// Asks for bytes that are read soon, so that they are on their way from memory meanwhile. Does nothing on aarch64, for which
+/// Rust has no stable prefetch.
+#[inline(always)]
+pub(crate) fn prefetch(bytes: &[u8]) {
+    #[cfg(target_arch = "x86_64")]
+    x86::prefetch(bytes);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = bytes;
+}
+
 /// Every `step`-th byte of `row`, from the first; `out` takes them all.
 pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
     let done = match (level.kind(), step) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
         (Kind::Avx2 | Kind::Avx512, 2) => unsafe { x86::every_second_avx2(row, out) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 (Level::available).
+        (Kind::Avx512, 3..) => unsafe { x86::every_avx512(row, step, out) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
         (Kind::Neon, 2) => unsafe { neon::every_second(row, out) },
@@ -197,9 +210,9 @@ mod tests {
     #[test]
     fn every_level_picks_the_scalar_bytes_at_every_length_and_step() {
         let mut random = Random(13);
-        for length in 1..=300 {
+        for length in 1..=900 {
             let row = random.bytes(length);
-            for step in 1..=5 {
+            for step in (1..=8).chain([12, 31, 64, 70]) {
                 let expected: Vec<u8> = row.iter().copied().step_by(step).collect();
                 for level in Level::available() {
                     let mut out = vec![9; expected.len()];

@@ -11,6 +11,16 @@ pub(super) fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
+/// Every second line of 64 bytes is named: the processor brings the one beside it too, and half as many prefetches are felt less
+/// where the bytes are near already.
+#[inline(always)]
+pub(super) fn prefetch(bytes: &[u8]) {
+    for line in bytes.chunks(128) {
+        // SAFETY: a prefetch reads nothing that a program could see, and SSE belongs to the baseline of this architecture.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) }
+    }
+}
+
 #[target_feature(enable = "avx2")]
 fn load_128(bytes: &[u8], at: usize) -> __m128i {
     let chunk = &bytes[at..at + 16];
@@ -145,6 +155,20 @@ pub(super) fn every_second_avx2(row: &[u8], out: &mut [u8]) -> usize {
         store_256(packed_256(a, b), &mut out[i * 32..]);
     }
     blocks * 32
+}
+
+/// Values done. Steps of 3 and more take at most 22 of a vector's 64 bytes; what is stored behind them is overwritten.
+#[target_feature(enable = "avx512f,avx512bw,avx512vbmi2")]
+pub(super) fn every_avx512(row: &[u8], step: usize, out: &mut [u8]) -> usize {
+    let values = 64usize.div_ceil(step);
+    let wanted: u64 = (0..values).map(|i| 1 << (i * step)).sum();
+    let mut done = 0;
+    while done * step + 64 <= row.len() && done + 32 <= out.len() {
+        let packed = _mm512_maskz_compress_epi8(wanted, load_512(row, done * step));
+        store_256(_mm512_castsi512_si256(packed), &mut out[done..]);
+        done += values;
+    }
+    done
 }
 
 /// The bytes of two vectors of 16-bit values below 256, in order.
