@@ -11,6 +11,7 @@ use tagbus_detector::{
 use tagbus_family::{Family, UnknownFamily};
 use tagbus_message::domain::{DEFAULT_DOMAIN, Domain, DomainError};
 
+use crate::chosen_family::FamilyList;
 use crate::config::text;
 
 /// Where on which bus.
@@ -54,8 +55,8 @@ pub(crate) struct DetectorName {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Detector")]
 pub(crate) struct DetectorFlags {
-    /// Tag families to look for, separated by commas (see `tagbus family list`); by default tag36h11, and with the built-in
-    /// scene of `tagbus run` what it shows
+    /// Tag families to look for, separated by commas: names (see `tagbus family list`) or files of your own families, FILE.toml;
+    /// by default tag36h11, and with the built-in scene of `tagbus run` what it shows
     #[arg(long, value_name = "LIST")]
     #[serde(default, with = "text::optional")]
     pub(crate) family: Option<FamilyList>,
@@ -97,7 +98,7 @@ impl DetectorFlags {
     /// The families to look for.
     pub(crate) fn families(&self) -> Result<Vec<Family>, UnknownFamily> {
         match &self.family {
-            Some(list) => Ok(list.0.clone()),
+            Some(list) => Ok(list.families()),
             None => Ok(vec![Family::published("tag36h11")?]),
         }
     }
@@ -115,37 +116,6 @@ impl DetectorFlags {
             ids: self.ids.as_ref().map(IdList::ids).unwrap_or_default(),
             threads: self.threads,
         })
-    }
-}
-
-/// Published families by name, separated by commas.
-#[derive(Clone, Debug)]
-pub(crate) struct FamilyList(pub(crate) Vec<Family>);
-
-impl FamilyList {
-    /// The families that the built-in scene shows, each once.
-    pub(crate) fn of_scene() -> Result<Self, UnknownFamily> {
-        let shown = tagbus_scene::SceneConfig::default().families;
-        // A nested entry names the outer family first: "outer/inner".
-        let mut names: Vec<&str> = shown.iter().flat_map(|entry| entry.split('/')).collect();
-        names.sort_unstable();
-        names.dedup();
-        names.into_iter().map(Family::published).collect::<Result<_, _>>().map(Self)
-    }
-}
-
-impl FromStr for FamilyList {
-    type Err = UnknownFamily;
-
-    fn from_str(text: &str) -> Result<Self, UnknownFamily> {
-        text.split(',').map(|name| Family::published(name.trim())).collect::<Result<_, _>>().map(Self)
-    }
-}
-
-impl fmt::Display for FamilyList {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<&str> = self.0.iter().map(Family::name).collect();
-        f.write_str(&names.join(","))
     }
 }
 
@@ -315,11 +285,5 @@ mod tests {
             assert_eq!(text.parse::<IdList>(), Err(IdListError::Text(text.to_owned())));
         }
         assert_eq!("0-4294967295".parse::<IdList>(), Err(IdListError::TooMany(1 << 32)));
-    }
-
-    #[test]
-    fn families_are_found_by_any_of_their_names() {
-        let list: FamilyList = "36h11, TAGSTANDARD41H12".parse().unwrap();
-        assert_eq!(list.to_string(), "tag36h11,tagStandard41h12");
     }
 }

@@ -16,6 +16,7 @@ mod role;
 mod tag_json;
 
 mod camera;
+mod chosen_family;
 mod detect;
 mod family;
 mod run;

@@ -5,12 +5,10 @@ mod explain;
 mod list;
 mod show;
 
-use std::str::FromStr;
-
 use clap::{Args, Subcommand};
 use serde::{Deserialize, Serialize};
-use tagbus_family::{Family, UnknownFamily};
 
+use crate::chosen_family::ChosenFamily;
 use crate::command::Invocation;
 use crate::outcome::{Failure, Outcome};
 
@@ -28,8 +26,8 @@ pub(crate) enum FamilyCommand {
         after_help = "Examples:\n  tagbus family show tagStandard41h12\n  tagbus family show 36h11 --json"
     )]
     Show {
-        /// The family, such as tag36h11 or 36h11
-        name: FamilyName,
+        /// The family, such as tag36h11, 36h11, or a file of your own, FILE.toml
+        name: ChosenFamily,
         #[command(flatten)]
         flags: Format,
     },
@@ -38,8 +36,8 @@ pub(crate) enum FamilyCommand {
         after_help = "Examples:\n  tagbus family explain tag36h11 7\n  tagbus family explain tagCustom48h12 0 --json"
     )]
     Explain {
-        /// The family, such as tag36h11 or 36h11
-        name: FamilyName,
+        /// The family, such as tag36h11, 36h11, or a file of your own, FILE.toml
+        name: ChosenFamily,
         /// The tag's number in the family
         id: u32,
         #[command(flatten)]
@@ -56,18 +54,6 @@ pub(crate) struct Format {
     json: bool,
 }
 
-/// A published family, named in any of the ways.
-#[derive(Clone, Debug)]
-pub(crate) struct FamilyName(Family);
-
-impl FromStr for FamilyName {
-    type Err = UnknownFamily;
-
-    fn from_str(name: &str) -> Result<Self, UnknownFamily> {
-        Family::published(name).map(Self)
-    }
-}
-
 /// Does what was asked for.
 pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result<Outcome, Failure> {
     let flags = match &command {
@@ -78,7 +64,7 @@ pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result
     let Some(Format { json }) = invocation.in_force(flags)? else { return Ok(Outcome::Done) };
     match command {
         FamilyCommand::List { .. } => list::execute(json),
-        FamilyCommand::Show { name, .. } => show::execute(&name.0, json),
-        FamilyCommand::Explain { name, id, .. } => explain::execute(&name.0, id, json),
+        FamilyCommand::Show { name, .. } => show::execute(name.family(), json),
+        FamilyCommand::Explain { name, id, .. } => explain::execute(name.family(), id, json),
     }
 }

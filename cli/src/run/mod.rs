@@ -9,9 +9,10 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{CameraFlags, SourceFlags};
+use crate::chosen_family::FamilyList;
 use crate::command::Invocation;
 use crate::config::arguments;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName, FamilyList};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName};
 use crate::outcome::{Failure, Outcome};
 use crate::service::ServiceFlags;
 use crate::watch::{ViewFlags, WatchFlags};
