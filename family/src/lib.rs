@@ -78,6 +78,8 @@ pub use name::{UnknownFamily, nearest_name};
 mod family;
 pub use family::{Family, FamilyError, MinimumDistance};
 
+pub mod import;
+
 mod index;
 pub use index::{Found, Index};
 
