@@ -10,7 +10,7 @@
 //! let java = "public class Tag16h5 extends TagFamily { public Tag16h5() { super(16, 5, new long[] { 0x231bL, 0x2ea5L }); } }";
 //! let imported = import::read(java, None, "mine")?;
 //! assert_eq!((imported.family.name(), imported.family.codes().len()), ("tag16h5", 2));
-//! assert_eq!((imported.stated_distance, imported.family.distance()), (Some(5), 6));
+//! assert_eq!((imported.stated_distance, imported.family.distance()), (Some(5), 7));
 //! # Ok::<(), tagbus_family::import::ImportError>(())
 //! ```
 
