@@ -28,6 +28,17 @@ impl ChosenFamily {
     }
 }
 
+/// Says which number of corrected bits is in force when it is less than what was `asked` for, and why.
+pub(crate) fn capped(family: &Family, asked: u32) -> Option<String> {
+    let (name, distance, most) = (family.name(), family.distance(), family.correctable());
+    (asked > most).then(|| {
+        format!(
+            "{name}: {asked} corrected bits were asked for, {most} are in force: its tags differ in {distance} bits, so with more \
+             the nearest tag need not be the right one"
+        )
+    })
+}
+
 /// Whether a text means a file: no published name ends like that or holds a slash.
 fn is_path(text: &str) -> bool {
     text.ends_with(".toml") || text.contains('/')

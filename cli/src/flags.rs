@@ -11,8 +11,9 @@ use tagbus_detector::{
 use tagbus_family::{Family, UnknownFamily};
 use tagbus_message::domain::{DEFAULT_DOMAIN, Domain, DomainError};
 
-use crate::chosen_family::FamilyList;
+use crate::chosen_family::{FamilyList, capped};
 use crate::config::text;
+use crate::outcome::complain;
 
 /// Where on which bus.
 #[derive(Clone, Debug, clap::Args, Serialize, Deserialize)]
@@ -95,12 +96,15 @@ pub(crate) struct DetectorFlags {
 }
 
 impl DetectorFlags {
-    /// The families to look for.
+    /// The families to look for; says on the standard error where fewer bits are corrected than was asked for.
     pub(crate) fn families(&self) -> Result<Vec<Family>, UnknownFamily> {
-        match &self.family {
-            Some(list) => Ok(list.families()),
-            None => Ok(vec![Family::published("tag36h11")?]),
-        }
+        let families = match &self.family {
+            Some(list) => list.families(),
+            None => vec![Family::published("tag36h11")?],
+        };
+        let asked = self.hamming.unwrap_or(0);
+        families.iter().filter_map(|family| capped(family, asked)).for_each(complain);
+        Ok(families)
     }
 
     /// What the detector is told.

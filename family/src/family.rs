@@ -123,9 +123,24 @@ impl Family {
         self.correctable().min(wanted)
     }
 
-    /// The most wrong bits that can be corrected with a unique answer.
-    pub(crate) fn correctable(&self) -> u32 {
+    /// The most wrong bits that can be corrected with a unique answer: `(distance - 1) / 2`.
+    pub fn correctable(&self) -> u32 {
         (self.distance - 1) / 2
+    }
+
+    /// The chance that a quad of random bits is taken for a tag when `hamming` wrong bits are corrected, in any of the
+    /// four rotations: 4 N (C(n, 0) + ... + C(n, hamming)) / 2^n for N codes of n bits, at most 1.
+    ///
+    /// Background is not random and is taken for complex tags less often than this.
+    pub fn false_accept_chance(&self, hamming: u32) -> f64 {
+        let bits = self.layout.bit_count();
+        let mut ways = 1.0;
+        let mut sum = 0.0;
+        for wrong in 0..=hamming.min(bits) {
+            sum += ways;
+            ways *= f64::from(bits - wrong) / f64::from(wrong + 1);
+        }
+        (4.0 * self.codes.len() as f64 * sum / 2f64.powi(bits as i32)).min(1.0)
     }
 
     /// The tag `id`, cell by cell; `None` when the family has no such tag.
@@ -314,6 +329,18 @@ mod tests {
         assert_eq!(stretched.minimum_distance().between_codes, Some(1));
         assert_eq!(small(vec![0x27c8], 5).unwrap().minimum_distance().between_codes, None);
         assert_eq!(small(vec![0xffff], 5).unwrap().minimum_distance().overall(), 0);
+    }
+
+    #[test]
+    fn false_accepts_are_those_that_all_codes_give() {
+        let family = Family::published("tag16h5").unwrap();
+        for hamming in 0..=2 {
+            let index = crate::Index::new(&family, hamming);
+            let accepted = (0..1 << 16).filter(|&code| index.lookup(code).is_some()).count();
+            let expected = family.false_accept_chance(hamming) * 65_536.0;
+            assert!((accepted as f64 - expected).abs() < 0.5, "{hamming} bits: {accepted}, not {expected}");
+        }
+        assert_eq!(family.false_accept_chance(16), 1.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! `tagbus family`: what the published families are and what their tags look like.
 
+mod check;
 mod draw;
 mod explain;
 mod list;
@@ -26,6 +27,16 @@ pub(crate) enum FamilyCommand {
         after_help = "Examples:\n  tagbus family show tagStandard41h12\n  tagbus family show 36h11 --json"
     )]
     Show {
+        /// The family, such as tag36h11, 36h11, or a file of your own, FILE.toml
+        name: ChosenFamily,
+        #[command(flatten)]
+        flags: Format,
+    },
+    /// Whether a family is what it says: layout, distances, complexity, false accepts
+    #[command(
+        after_help = "Examples:\n  tagbus family check tagStandard41h12\n  tagbus family check mine.toml --json\n\nExit code 2 when it is not what it says."
+    )]
+    Check {
         /// The family, such as tag36h11, 36h11, or a file of your own, FILE.toml
         name: ChosenFamily,
         #[command(flatten)]
@@ -59,12 +70,14 @@ pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result
     let flags = match &command {
         FamilyCommand::List { flags }
         | FamilyCommand::Show { flags, .. }
+        | FamilyCommand::Check { flags, .. }
         | FamilyCommand::Explain { flags, .. } => *flags,
     };
     let Some(Format { json }) = invocation.in_force(flags)? else { return Ok(Outcome::Done) };
     match command {
         FamilyCommand::List { .. } => list::execute(json),
         FamilyCommand::Show { name, .. } => show::execute(name.family(), json),
+        FamilyCommand::Check { name, .. } => check::execute(&name, json),
         FamilyCommand::Explain { name, id, .. } => explain::execute(name.family(), id, json),
     }
 }
