@@ -10,6 +10,7 @@
 mod command;
 mod config;
 mod flags;
+mod new_file;
 mod outcome;
 mod output;
 mod role;

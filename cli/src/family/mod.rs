@@ -3,6 +3,7 @@
 mod check;
 mod draw;
 mod explain;
+mod import;
 mod list;
 mod show;
 
@@ -54,6 +55,7 @@ pub(crate) enum FamilyCommand {
         #[command(flatten)]
         flags: Format,
     },
+    Import(import::ImportCommand),
 }
 
 /// How answers are written.
@@ -67,17 +69,27 @@ pub(crate) struct Format {
 
 /// Does what was asked for.
 pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result<Outcome, Failure> {
-    let flags = match &command {
-        FamilyCommand::List { flags }
-        | FamilyCommand::Show { flags, .. }
-        | FamilyCommand::Check { flags, .. }
-        | FamilyCommand::Explain { flags, .. } => *flags,
-    };
-    let Some(Format { json }) = invocation.in_force(flags)? else { return Ok(Outcome::Done) };
     match command {
-        FamilyCommand::List { .. } => list::execute(json),
-        FamilyCommand::Show { name, .. } => show::execute(name.family(), json),
-        FamilyCommand::Check { name, .. } => check::execute(&name, json),
-        FamilyCommand::Explain { name, id, .. } => explain::execute(name.family(), id, json),
+        FamilyCommand::List { flags } => answer(flags, invocation, list::execute),
+        FamilyCommand::Show { name, flags } => {
+            answer(flags, invocation, |json| show::execute(name.family(), json))
+        }
+        FamilyCommand::Check { name, flags } => answer(flags, invocation, |json| check::execute(&name, json)),
+        FamilyCommand::Explain { name, id, flags } => {
+            answer(flags, invocation, |json| explain::execute(name.family(), id, json))
+        }
+        FamilyCommand::Import(command) => import::execute(command, invocation),
+    }
+}
+
+/// Answers as text or in JSON, unless only the flags were to be printed.
+fn answer(
+    flags: Format,
+    invocation: &Invocation,
+    tell: impl FnOnce(bool) -> Result<Outcome, Failure>,
+) -> Result<Outcome, Failure> {
+    match invocation.in_force(flags)? {
+        Some(Format { json }) => tell(json),
+        None => Ok(Outcome::Done),
     }
 }

@@ -62,9 +62,17 @@ fn a_value_of_the_wrong_kind_is_refused_with_its_key() {
 
 #[test]
 fn every_command_has_a_help_with_examples() {
-    for command in
-        ["run", "camera", "service", "watch", "detect", "family list", "family show", "family explain"]
-    {
+    for command in [
+        "run",
+        "camera",
+        "service",
+        "watch",
+        "detect",
+        "family list",
+        "family show",
+        "family explain",
+        "family import",
+    ] {
         let help = printed(&mut tagbus(command.split(' ').chain(["--help"])), 0);
         assert!(help.contains("Examples:\n  tagbus "), "{command}: {help}");
         assert!(!help.contains("die-with-parent"), "{command}: {help}");
