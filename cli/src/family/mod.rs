@@ -3,6 +3,7 @@
 mod check;
 mod draw;
 mod explain;
+mod generate;
 mod import;
 mod list;
 mod show;
@@ -43,6 +44,12 @@ pub(crate) enum FamilyCommand {
         #[command(flatten)]
         flags: Format,
     },
+    /// Search the codes of a new family, or those of a published one again
+    #[command(after_help = GENERATE_EXAMPLES)]
+    Generate {
+        #[command(flatten)]
+        flags: generate::GenerateFlags,
+    },
     /// One tag: drawn in the terminal, its bits, its code
     #[command(
         after_help = "Examples:\n  tagbus family explain tag36h11 7\n  tagbus family explain tagCustom48h12 0 --json"
@@ -57,6 +64,13 @@ pub(crate) enum FamilyCommand {
     },
     Import(import::ImportCommand),
 }
+
+const GENERATE_EXAMPLES: &str = "Examples:
+  tagbus family generate --layout standard:8 --distance 9 --output mine.toml
+  tagbus family generate --layout-file cells.txt --distance 11 --codes 500 --resume mine.state --output mine.toml
+  tagbus family generate --published tag36h11
+
+Ctrl-C writes the codes found so far. With --resume the search goes on from there, and after kill -9 from a few seconds before.";
 
 /// How answers are written.
 #[derive(Clone, Copy, Debug, Args, Serialize, Deserialize)]
@@ -79,6 +93,10 @@ pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result
             answer(flags, invocation, |json| explain::execute(name.family(), id, json))
         }
         FamilyCommand::Import(command) => import::execute(command, invocation),
+        FamilyCommand::Generate { flags } => match invocation.in_force(flags)? {
+            Some(flags) => generate::execute(&flags),
+            None => Ok(Outcome::Done),
+        },
     }
 }
 

@@ -7,6 +7,7 @@ mod support;
 mod bad_input;
 mod command_line;
 mod families_of_others;
+mod generating;
 mod killing;
 mod pictures;
 mod real_data;
