@@ -155,8 +155,9 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
 
     /// Adds the quads that have this border, if any family has.
     fn find_quads<R: Raster>(&mut self, raster: R, border: Border) {
-        let widths = self.readers.iter().filter(|reader| reader.border == border).map(|reader| reader.width);
-        let Some(narrowest) = widths.min_by(f64::total_cmp) else { return };
+        let readers = || self.readers.iter().filter(|reader| reader.border == border);
+        let Some(narrowest) = readers().map(|reader| reader.width).min_by(f64::total_cmp) else { return };
+        let may_be_full = readers().any(|reader| reader.may_be_full);
         let Buffers { planes, clusters, fit, quads, .. } = &mut *self.buffers;
         let (bits, connectivity) = match border {
             Border::Normal => (&planes.dark, Connectivity::Four),
@@ -167,7 +168,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
         let shortest_side = shortest_side(narrowest, self.factor);
         clusters.fill(self.level, self.threads, &plane, &limits(shortest_side));
         (self.done)(Phase::Cluster);
-        let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side };
+        let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side, may_be_full };
         fit_quads(self.level, self.threads, &source, fit, quads);
         (self.done)(Phase::Fit);
     }

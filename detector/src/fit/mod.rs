@@ -66,6 +66,8 @@ pub(crate) struct Source<'a, R> {
     pub(crate) border: Border,
     /// The least length of a side, in pixels of the search grid.
     pub(crate) shortest_side: f64,
+    /// Whether a tag may show nothing but its border's colour inside of it.
+    pub(crate) may_be_full: bool,
 }
 
 impl<R: Raster> Source<'_, R> {
@@ -180,5 +182,5 @@ fn fit_component<R: Raster>(
 #[inline(always)]
 fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
     let applies = source.border == Border::Normal || source.is_crowded();
-    applies && component.area as f32 > rules::FULLEST * outline_area
+    applies && !source.may_be_full && component.area as f32 > rules::FULLEST * outline_area
 }

@@ -28,6 +28,8 @@ pub(crate) struct Reader {
     pub(crate) index: Index,
     known_tags: Family,
     pub(crate) has_hole: bool,
+    /// Whether some tag shows nothing but the border's own colour inside of it.
+    pub(crate) may_be_full: bool,
     /// Fewest and most white bits of a code.
     white_bits: [u32; 2],
     /// Natural logarithm of the number of codes over the number of words: how rare a code is among random bits.
@@ -110,6 +112,23 @@ pub(crate) struct RingCell {
     pub(crate) black: [f64; 2],
 }
 
+/// Small tags with little data inside of the border can be of one colour there; of the published ones none is.
+fn may_be_full(family: &Family) -> bool {
+    let layout = family.layout();
+    let inside = 0..layout.width_at_border() as i32;
+    let (own, other) = match layout.border() {
+        Border::Normal => (0, Cell::White),
+        Border::Reversed => (u64::MAX, Cell::Black),
+    };
+    let is_other = |y: i32| inside.clone().any(|x| layout.cell(x, y) == other);
+    if inside.clone().any(is_other) {
+        return false;
+    }
+    let is_inside = |[x, y]: &[i32; 2]| inside.contains(x) && inside.contains(y);
+    let data = layout.bits().iter().fold(0_u64, |bits, at| bits << 1 | u64::from(is_inside(at)));
+    family.codes().iter().any(|code| (code ^ own) & data == 0)
+}
+
 impl Reader {
     /// Makes a family ready. `hamming` bits are corrected, or the family's own default; only `ids` are known unless empty.
     pub(crate) fn new(place: usize, family: &Family, hamming: Option<u32>, ids: &[u32]) -> Self {
@@ -147,6 +166,7 @@ impl Reader {
             index,
             known_tags: family.clone(),
             has_hole: layout.hole_width() > 0,
+            may_be_full: may_be_full(family),
             white_bits: white_bits(family.codes()),
             rarity: (4.0 * family.codes().len() as f64).ln() - f64::from(bits) * std::f64::consts::LN_2,
             bits,
@@ -225,4 +245,26 @@ fn ring_cells(width: usize, border: Border) -> Vec<RingCell> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tagbus_family::Layout;
+
+    #[test]
+    fn only_families_with_a_tag_of_one_colour_inside_may_be_full() {
+        let family = |cells: &str, codes: &[u64]| {
+            Family::new("mine", Layout::parse(cells).unwrap(), codes.to_vec(), 1).unwrap()
+        };
+        for name in Family::PUBLISHED {
+            assert!(!may_be_full(&Family::published(name).unwrap()), "{name}");
+        }
+        // One bit inside, the lowest, and data outside of a white ring.
+        let around = "xdddddx dwwwwwd dwbbbwd dwbdbwd dwbbbwd dwwwwwd xdddddx";
+        assert!(may_be_full(&family(around, &[0b1011, 0b110])));
+        assert!(!may_be_full(&family(around, &[0b1011, 0b111])));
+        let reversed = "ddddd dbbbd dbwbd dbbbd ddddd".replace("dbwbd", "dbwbd");
+        assert!(may_be_full(&family(&reversed, &[1])), "nothing but the border lies inside");
+    }
 }
