@@ -161,7 +161,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
         let Buffers { planes, clusters, fit, quads, .. } = &mut *self.buffers;
         let (bits, connectivity) = match border {
             Border::Normal => (&planes.dark, Connectivity::Four),
-            Border::Reversed => (&planes.bright, Connectivity::Eight),
+            Border::Reversed => (&planes.bright, bright_connectivity(self.factor)),
         };
         let plane =
             Plane { bits, words: planes.words, width: raster.width(), height: raster.height(), connectivity };
@@ -186,6 +186,12 @@ fn scales(search: Search) -> &'static [Scale] {
             &[Scale::Four(Contrast::Least(LEAST_CONTRAST)), Scale::Two(Contrast::Least(LEAST_CONTRAST))]
         }
     }
+}
+
+/// Decimation breaks the black ring around a white border where it is a value wide, and across corners the border would run into
+/// whatever lies outside. With 4-connected bright pixels such a ring still holds.
+fn bright_connectivity(factor: f64) -> Connectivity {
+    if factor > 1.0 { Connectivity::Four } else { Connectivity::Eight }
 }
 
 /// The shortest side of a tag in pixels of the search grid: one full-resolution pixel a cell, but enough of them for lines.

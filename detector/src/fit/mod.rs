@@ -178,9 +178,10 @@ fn fit_component<R: Raster>(
 }
 
 /// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
-/// vanish in blur, so that the rule holds for those only in crowded frames.
+/// vanish in blur where cells are small, so that the rule holds for those only when they are large or the frame is crowded.
 #[inline(always)]
 fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
-    let applies = source.border == Border::Normal || source.is_crowded();
+    let is_large = component.width() + component.height() >= rules::CELLS_ARE_SEEN_FROM;
+    let applies = source.border == Border::Normal || is_large || source.is_crowded();
     applies && !source.may_be_full && component.area as f32 > rules::FULLEST * outline_area
 }
