@@ -8,7 +8,7 @@ use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
 use crate::identify::{Identify, Reader, Scene, identify};
-use crate::settings::{Search, Settings, SettingsError};
+use crate::settings::{Sampling, Search, Settings, SettingsError};
 use crate::simd::Level;
 use crate::threads::Threads;
 use crate::view::LumaView;
@@ -108,6 +108,7 @@ impl Detector {
             level: self.level,
             threads: &mut self.threads,
             factor: self.settings.decimation.factor(),
+            bright_connectivity: bright_connectivity(&self.settings),
             buffers: &mut self.buffers,
             done: &mut done,
         };
@@ -127,6 +128,7 @@ struct GridSearch<'a, F> {
     level: Level,
     threads: &'a mut Threads,
     factor: f64,
+    bright_connectivity: Connectivity,
     buffers: &'a mut Buffers,
     done: &'a mut F,
 }
@@ -161,7 +163,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
         let Buffers { planes, clusters, fit, quads, .. } = &mut *self.buffers;
         let (bits, connectivity) = match border {
             Border::Normal => (&planes.dark, Connectivity::Four),
-            Border::Reversed => (&planes.bright, bright_connectivity(self.factor)),
+            Border::Reversed => (&planes.bright, self.bright_connectivity),
         };
         let plane =
             Plane { bits, words: planes.words, width: raster.width(), height: raster.height(), connectivity };
@@ -189,9 +191,10 @@ fn scales(search: Search) -> &'static [Scale] {
 }
 
 /// Decimation breaks the black ring around a white border where it is a value wide, and across corners the border would run into
-/// whatever lies outside. With 4-connected bright pixels such a ring still holds.
-fn bright_connectivity(factor: f64) -> Connectivity {
-    if factor > 1.0 { Connectivity::Four } else { Connectivity::Eight }
+/// whatever lies outside. With 4-connected bright pixels such a ring still holds. The darkest of pixels keep it whole.
+fn bright_connectivity(settings: &Settings) -> Connectivity {
+    let breaks_rings = settings.decimation.factor() > 1.0 && settings.sampling != Sampling::Darkest;
+    if breaks_rings { Connectivity::Four } else { Connectivity::Eight }
 }
 
 /// The shortest side of a tag in pixels of the search grid: one full-resolution pixel a cell, but enough of them for lines.
