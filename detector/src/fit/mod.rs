@@ -178,10 +178,15 @@ fn fit_component<R: Raster>(
 }
 
 /// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
-/// vanish in blur where cells are small, so that the rule holds for those only when they are large or the frame is crowded.
+/// vanish in blur where cells are small, so that the rule holds for those only when they are large. In crowded frames it holds for
+/// white borders whatever the families: noise is full of specks, and few tags are white
+/// all over.
 #[inline(always)]
 fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
     let is_large = component.width() + component.height() >= rules::CELLS_ARE_SEEN_FROM;
-    let applies = source.border == Border::Normal || is_large || source.is_crowded();
-    applies && !source.may_be_full && component.area as f32 > rules::FULLEST * outline_area
+    let applies = match source.border {
+        Border::Normal => !source.may_be_full,
+        Border::Reversed => is_large && !source.may_be_full || source.is_crowded(),
+    };
+    applies && component.area as f32 > rules::FULLEST * outline_area
 }

@@ -112,8 +112,8 @@ pub(crate) struct RingCell {
     pub(crate) black: [f64; 2],
 }
 
-/// Small tags with little data inside of the border can be of one colour there. Of the published ones some of tagCircle49h12 and
-/// tagCustom48h12 are.
+/// Small tags with little data inside of the border can be of one colour there. Of the published ones some of tagCircle49h12,
+/// tagCustom48h12 and tagStandard41h12 are.
 fn may_be_full(family: &Family) -> bool {
     let layout = family.layout();
     let inside = 0..layout.width_at_border() as i32;
@@ -258,8 +258,12 @@ mod tests {
         let family = |cells: &str, codes: &[u64]| {
             Family::new("mine", Layout::parse(cells).unwrap(), codes.to_vec(), 1).unwrap()
         };
-        let full = Family::PUBLISHED.map(|name| may_be_full(&Family::published(name).unwrap()).then_some(name));
-        assert_eq!(full.into_iter().flatten().collect::<Vec<_>>(), ["tagCircle49h12", "tagCustom48h12"]);
+        let full =
+            Family::PUBLISHED.map(|name| may_be_full(&Family::published(name).unwrap()).then_some(name));
+        assert_eq!(
+            full.into_iter().flatten().collect::<Vec<_>>(),
+            ["tagCircle49h12", "tagCustom48h12", "tagStandard41h12"]
+        );
         // One bit inside, the lowest, and data outside of a white ring.
         let around = "xdddddx dwwwwwd dwbbbwd dwbdbwd dwbbbwd dwwwwwd xdddddx";
         assert!(may_be_full(&family(around, &[0b1011, 0b110])));
