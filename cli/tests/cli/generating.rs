@@ -77,7 +77,13 @@ const SLOW: [&str; 8] =
     ["--layout", "standard:8", "--distance", "9", "--threads", "1", "--level", "portable"];
 
 fn start_slowly(output: &Path, state: &Path) -> Child {
-    generate(&SLOW, output).arg("--force").arg("--resume").arg(state).stdout(std::process::Stdio::null()).spawn().unwrap()
+    generate(&SLOW, output)
+        .arg("--force")
+        .arg("--resume")
+        .arg(state)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap()
 }
 
 fn modified(path: &Path) -> Option<SystemTime> {

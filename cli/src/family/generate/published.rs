@@ -51,16 +51,17 @@ fn compare(name: &str, codes: &[u64]) -> Result<Outcome, Failure> {
     let family = Family::published(name)?;
     let table = family.codes();
     let same = codes.iter().zip(table).take_while(|(left, right)| left == right).count();
-    match (same == codes.len(), same == table.len()) {
-        (true, true) => println!("exactly the published {} codes", table.len()),
+    let told = match (same == codes.len(), same == table.len()) {
+        (true, true) => format!("exactly the published {} codes", table.len()),
         (false, true) => {
-            println!("the published {} codes, and {} that come after them", table.len(), codes.len() - same)
+            format!("the published {same} codes, and {} that come after them", codes.len() - same)
         }
-        (true, false) => println!("exactly the first {same} of the published {} codes", table.len()),
+        (true, false) => format!("exactly the first {same} of the published {} codes", table.len()),
         (false, false) => {
             println!("id {same} is {:#x}, but was published as {:#x}", codes[same], table[same]);
             return Ok(Outcome::Failed);
         }
-    }
+    };
+    println!("{told}");
     Ok(Outcome::Done)
 }
