@@ -1,6 +1,7 @@
 //! `tagbus family`: what the published families are and what their tags look like.
 
 mod check;
+mod choose;
 mod draw;
 mod explain;
 mod generate;
@@ -41,6 +42,20 @@ pub(crate) enum FamilyCommand {
     Check {
         /// The family, such as tag36h11, 36h11, or a file of your own, FILE.toml
         name: ChosenFamily,
+        #[command(flatten)]
+        flags: Format,
+    },
+    /// Which published family suits a number of tags and a shape, and why not the others
+    #[command(
+        after_help = "Examples:\n  tagbus family choose --ids 100\n  tagbus family choose --ids 20 --shape hole --json"
+    )]
+    Choose {
+        /// How many different tags are needed
+        #[arg(long = "count", visible_alias = "ids", value_name = "COUNT")]
+        count: usize,
+        /// What the print looks like
+        #[arg(long, value_enum, default_value_t = choose::Shape::Square)]
+        shape: choose::Shape,
         #[command(flatten)]
         flags: Format,
     },
@@ -93,6 +108,9 @@ pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result
             answer(flags, invocation, |json| explain::execute(name.family(), id, json))
         }
         FamilyCommand::Import(command) => import::execute(command, invocation),
+        FamilyCommand::Choose { count, shape, flags } => {
+            answer(flags, invocation, |json| choose::execute(count, shape, json))
+        }
         FamilyCommand::Generate { flags } => match invocation.in_force(flags)? {
             Some(flags) => generate::execute(&flags),
             None => Ok(Outcome::Done),
