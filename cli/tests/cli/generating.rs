@@ -132,7 +132,9 @@ fn ctrl_c_writes_what_there_is() {
     let _watchdog = Watchdog::of_seconds(300, "interrupting a search");
     let folder = Folder::new();
     let (output, state) = (folder.file("some.toml"), folder.file("state"));
-    let mut child = start_slowly(&output, &state);
+    // A search of days: it cannot end by itself.
+    let mut endless = generate(&["--layout", "standard:10", "--distance", "13"], &output);
+    let mut child = endless.arg("--resume").arg(&state).stdout(std::process::Stdio::null()).spawn().unwrap();
     assert!(wait_for_state(&mut child, &state, None), "the search ended at once");
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     assert!(child.wait().unwrap().success());
