@@ -1,7 +1,7 @@
 //! Files that a command makes: nothing that was there is overwritten without being asked, nothing is left half written.
 
 use std::fmt;
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -40,12 +40,14 @@ fn write_new(path: &Path, content: &[u8]) -> io::Result<()> {
     file.write_all(content).inspect_err(|_| drop(fs::remove_file(path)))
 }
 
-/// The old file stays until the new one is whole.
+/// The old file stays until the new one is whole and on the disk: else the name could get there before the content.
 fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let name = path.file_name().ok_or(io::ErrorKind::IsADirectory)?.to_string_lossy();
-    let whole = path.with_file_name(format!(".{name}.{}", std::process::id()));
-    write_new(&whole, content)?;
-    fs::rename(&whole, path).inspect_err(|_| drop(fs::remove_file(&whole)))
+    // Always the same, so that one left behind by a process that was killed does not stay.
+    let next = path.with_file_name(format!(".{name}.next"));
+    let written =
+        File::create(&next).and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()));
+    written.and_then(|()| fs::rename(&next, path)).inspect_err(|_| drop(fs::remove_file(&next)))
 }
 
 /// Why a file was not written.

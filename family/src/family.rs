@@ -150,7 +150,7 @@ impl Family {
 
     /// Measures how far the codes are really apart, going through all pairs: a second for 50,000 codes.
     pub fn minimum_distance(&self) -> MinimumDistance {
-        let rotated: Vec<[u64; 4]> = self.codes.iter().map(|&code| rotations(&self.layout, code)).collect();
+        let rotated: Vec<[u64; 4]> = self.codes.iter().map(|&code| self.layout.rotations(code)).collect();
         let own = rotated
             .iter()
             .flat_map(|[code, turns @ ..]| turns.iter().map(move |turned| bits_apart(*code, *turned)));
@@ -177,12 +177,6 @@ impl MinimumDistance {
     }
 }
 
-fn rotations(layout: &Layout, code: u64) -> [u64; 4] {
-    let once = layout.rotate90(code);
-    let twice = layout.rotate90(once);
-    [code, once, twice, layout.rotate90(twice)]
-}
-
 fn bits_apart(left: u64, right: u64) -> u32 {
     (left ^ right).count_ones()
 }
@@ -203,7 +197,7 @@ fn check_width(codes: &[u64], bit_count: u32) -> Result<(), FamilyError> {
 
 /// Two codes that turn into each other are one tag, so the smallest of the four rotations stands for all.
 fn check_distinct(codes: &[u64], layout: &Layout) -> Result<(), FamilyError> {
-    let smallest = |&code: &u64| rotations(layout, code).into_iter().fold(u64::MAX, u64::min);
+    let smallest = |&code: &u64| layout.rotations(code).into_iter().fold(u64::MAX, u64::min);
     let mut tags: Vec<(u64, usize)> = codes.iter().map(smallest).zip(0..).collect();
     tags.sort_unstable();
     match tags.windows(2).find(|pair| pair[0].0 == pair[1].0) {

@@ -121,6 +121,13 @@ impl Layout {
         rotate90(code, self.bit_count())
     }
 
+    /// The code and those of the same tag turned once, twice and three times by [`Layout::rotate90`].
+    pub fn rotations(&self, code: u64) -> [u64; 4] {
+        let once = self.rotate90(code);
+        let twice = self.rotate90(once);
+        [code, once, twice, self.rotate90(twice)]
+    }
+
     /// Cells that belong to the tag: all but the ignored ones.
     pub fn area(&self) -> usize {
         self.square.cells().iter().filter(|&&cell| cell != Cell::Ignored).count()

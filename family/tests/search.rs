@@ -26,9 +26,7 @@ fn plain_search(recipe: &Recipe) -> Vec<u64> {
     let mut codes: Vec<u64> = Vec::new();
     for number in 1..=recipe.candidate_count() {
         let code = recipe.from_candidate(candidates.code(number));
-        let once = layout.rotate90(code);
-        let twice = layout.rotate90(once);
-        let turned = [code, once, twice, layout.rotate90(twice)];
+        let turned = layout.rotations(code);
         let is_far = turned[1..].iter().all(|&turned| far(code, turned))
             && codes.iter().all(|&kept| turned.iter().all(|&turned| far(kept, turned)));
         if is_far && recipe.rule().allows(layout, code) {
@@ -136,12 +134,8 @@ fn a_sweep_leaves_nothing_out_and_takes_nothing_twice() {
     let recipe = swept();
     let found = search(&Search::new(recipe.clone()).with_threads(2)).0;
     let (layout, candidates) = (recipe.layout(), recipe.candidates());
-    let rotations = |code: u64| {
-        let once = layout.rotate90(code);
-        let twice = layout.rotate90(once);
-        [code, once, twice, layout.rotate90(twice)]
-    };
-    let turned: Vec<[u64; 4]> = found.iter().map(|&number| rotations(candidates.code(number))).collect();
+    let turned: Vec<[u64; 4]> =
+        found.iter().map(|&number| layout.rotations(candidates.code(number))).collect();
     let is_near = |code: u64, other: u64| (code ^ other).count_ones() < recipe.distance();
     let hit = |code: u64, before: usize| turned[..before].iter().flatten().any(|&other| is_near(code, other));
     for (id, [code, once, twice, _]) in turned.iter().enumerate() {
@@ -151,7 +145,7 @@ fn a_sweep_leaves_nothing_out_and_takes_nothing_twice() {
     for number in (1..=recipe.candidate_count()).step_by(40_009) {
         let code = candidates.code(number);
         let before = found.partition_point(|&earlier| earlier < number);
-        let [_, once, twice, _] = rotations(code);
+        let [_, once, twice, _] = layout.rotations(code);
         let is_out = is_near(code, once) || is_near(code, twice) || hit(code, before);
         let is_found = found.get(before) == Some(&number);
         assert!(is_found || is_out || !recipe.rule().allows(layout, code), "candidate {number} was left out");

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 use tagbus_family::complexity::Metric;
-use tagbus_family::{Family, Recipe, published};
+use tagbus_family::{Family, MinimumDistance, Recipe, published};
 
 use super::list::border_name;
 use crate::chosen_family::{ChosenFamily, capped};
@@ -93,7 +93,7 @@ fn check<'a>(family: &'a Family, recipe: Option<&Recipe>) -> Checked<'a> {
         stated_distance: family.distance(),
         distance_between_codes: measured.between_codes,
         distance_to_own_rotations: measured.own_rotations,
-        is_sound: is_far_enough(family) && complexity.codes_below.unwrap_or(0) == 0,
+        is_sound: is_far_enough(&measured, family.distance()) && complexity.codes_below.unwrap_or(0) == 0,
         complexity,
         corrections: (0..=MOST_HAMMING).map(|asked| correction(family, asked)).collect(),
     }
@@ -101,8 +101,8 @@ fn check<'a>(family: &'a Family, recipe: Option<&Recipe>) -> Checked<'a> {
 
 /// Between its codes: that a tag resembles itself turned makes only its corners doubtful, and the ArUco families that
 /// have such tags are what they are.
-fn is_far_enough(family: &Family) -> bool {
-    family.minimum_distance().between_codes.is_none_or(|bits| bits >= family.distance())
+fn is_far_enough(measured: &MinimumDistance, stated: u32) -> bool {
+    measured.between_codes.is_none_or(|bits| bits >= stated)
 }
 
 fn complexity(family: &Family, recipe: Option<&Recipe>) -> Complexity {

@@ -5,8 +5,9 @@ use std::io::{self, Write};
 
 use clap::ValueEnum;
 use serde::Serialize;
-use tagbus_family::{Cell, Family};
+use tagbus_family::Family;
 
+use super::show::is_round;
 use crate::outcome::{Failure, Outcome};
 use crate::output::Reader;
 
@@ -73,12 +74,10 @@ fn ranked(ids: usize, shape: Shape) -> Result<Vec<Candidate>, Failure> {
 }
 
 fn has_shape(family: &Family, shape: Shape) -> bool {
-    let layout = family.layout();
-    let first = -(layout.margin() as i32);
     match shape {
         Shape::Square => true,
-        Shape::Circle => layout.cell(first, first) == Cell::Ignored,
-        Shape::Hole => layout.hole_width() > 0,
+        Shape::Circle => is_round(family.layout()),
+        Shape::Hole => family.layout().hole_width() > 0,
     }
 }
 

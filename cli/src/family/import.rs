@@ -112,7 +112,7 @@ fn warnings(imported: &Imported) -> Vec<String> {
             "warning: the table claims a distance of {stated}, but its codes are only {} bits apart: at most {} wrong bits are \
              corrected",
             family.distance(),
-            (family.distance() - 1) / 2
+            family.correctable()
         ));
     }
     if *guessed_cells > 0 {

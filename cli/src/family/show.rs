@@ -78,10 +78,14 @@ fn border(layout: &Layout) -> String {
     format!("border: {sides}")
 }
 
-/// A print whose corners are not painted is round.
 fn shape(layout: &Layout) -> &'static str {
+    if is_round(layout) { "round" } else { "square" }
+}
+
+/// A print whose corners are not painted is round.
+pub(super) fn is_round(layout: &Layout) -> bool {
     let first = -(layout.margin() as i32);
-    if layout.cell(first, first) == Cell::Ignored { "round" } else { "square" }
+    layout.cell(first, first) == Cell::Ignored
 }
 
 fn hole(layout: &Layout) -> Option<String> {

@@ -179,8 +179,7 @@ fn fit_component<R: Raster>(
 
 /// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
 /// vanish in blur where cells are small, so that the rule holds for those only when they are large. In crowded frames it holds for
-/// white borders whatever the families: noise is full of specks, and few tags are white
-/// all over.
+/// white borders whatever the families: noise is full of specks, and few tags are white all over.
 #[inline(always)]
 fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
     let is_large = component.width() + component.height() >= rules::CELLS_ARE_SEEN_FROM;

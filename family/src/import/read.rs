@@ -99,10 +99,7 @@ fn family(table: &Table, name: &str, last_line: usize) -> Result<Family, ImportE
     };
     let codes: Vec<u64> = table.codes.iter().map(|code| code.value).collect();
     let make = |distance| Family::new(name, table.layout.clone(), codes.clone(), distance).map_err(blame);
-    let symmetric = |&code: &u64| {
-        let once = table.layout.rotate90(code);
-        code == once || code == table.layout.rotate90(once)
-    };
+    let symmetric = |&code: &u64| table.layout.rotations(code)[1..].contains(&code);
     let family = make(1)?;
     match codes.iter().position(symmetric) {
         Some(id) => Err(Problem::Symmetric { id, code: codes[id] }.at(line(id))),

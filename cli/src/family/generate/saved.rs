@@ -1,13 +1,16 @@
 //! The state of a search as a file: whole at any moment, and checked before it is believed.
 
 use std::fmt;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tagbus_family::Recipe;
 use tagbus_family::search::{State, Sweep, first_too_close};
+
+use crate::new_file::{self, Existing};
+use crate::outcome::Failure;
 
 /// What the file holds.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -69,7 +72,7 @@ impl SavedRecipe {
 }
 
 /// Writes the state; what was there stays until the new one is on the disk.
-pub(super) fn save(path: &Path, recipe: &Recipe, state: &State) -> Result<(), SavedError> {
+pub(super) fn save(path: &Path, recipe: &Recipe, state: &State) -> Result<(), Failure> {
     let sweep = state.sweep.as_ref();
     let saved = Saved {
         recipe: SavedRecipe::of(recipe),
@@ -78,20 +81,8 @@ pub(super) fn save(path: &Path, recipe: &Recipe, state: &State) -> Result<(), Sa
             .map(|sweep| SavedSweep { lows_done: sweep.lows_done, survivors: sweep.survivors.clone() }),
         found: state.found.clone(),
     };
-    let failed = |error: io::Error| SavedError::Write { path: path.to_owned(), error };
-    let text = serde_json::to_string(&saved).map_err(|error| failed(error.into()))?;
-    replace(path, text.as_bytes()).map_err(failed)
-}
-
-fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
-    let name = path.file_name().ok_or(io::ErrorKind::IsADirectory)?.to_string_lossy();
-    let next = path.with_file_name(format!(".{name}.next"));
-    let mut file = File::create(&next)?;
-    file.write_all(content)?;
-    file.write_all(b"\n")?;
-    // Else the name could reach the disk before the content does.
-    file.sync_all()?;
-    fs::rename(next, path)
+    let text = serde_json::to_string(&saved)? + "\n";
+    Ok(new_file::write(path, text.as_bytes(), Existing::Replace)?)
 }
 
 /// The state of a search with this recipe; `None` when there is no file yet.
@@ -149,11 +140,10 @@ fn check_sweep(state: &State, count: u64) -> Result<(), String> {
     }
 }
 
-/// Why a state was not read or written.
+/// Why a state was not read.
 #[derive(Debug)]
 pub(super) enum SavedError {
     Read { path: PathBuf, error: io::Error },
-    Write { path: PathBuf, error: io::Error },
     Damaged { path: PathBuf, what: String },
     OtherRecipe { path: PathBuf, field: &'static str, here: String, there: String },
 }
@@ -163,9 +153,6 @@ impl fmt::Display for SavedError {
         match self {
             Self::Read { path, error } => {
                 write!(f, "cannot read the state of the search {}: {error}", path.display())
-            }
-            Self::Write { path, error } => {
-                write!(f, "cannot write the state of the search {}: {error}", path.display())
             }
             Self::Damaged { path, what } => write!(
                 f,

@@ -76,9 +76,8 @@ impl Share {
         let (layout, candidates) = (recipe.layout(), recipe.candidates());
         let sample = || (1..=SAMPLE).map(|number| recipe.from_candidate(candidates.code(number)));
         let is_far = |code: &u64| {
-            let once = layout.rotate90(*code);
-            let least = (code ^ once).count_ones().min((code ^ layout.rotate90(once)).count_ones());
-            least >= recipe.distance()
+            let [_, turns @ ..] = layout.rotations(*code);
+            turns.iter().all(|turned| (code ^ turned).count_ones() >= recipe.distance())
         };
         let share = |count: usize| count as f64 / SAMPLE as f64;
         Share {

@@ -11,7 +11,7 @@ use tagbus_family::Recipe;
 use tagbus_family::search::{Ending, Search, State};
 
 use super::progress::Bar;
-use super::saved::{self, SavedError};
+use super::saved;
 use crate::outcome::Failure;
 
 /// The state is not written more often than this.
@@ -53,12 +53,12 @@ impl<'a> Work<'a> {
         });
         self.bar.clear();
         match trouble {
-            Some(error) => Err(error.into()),
-            None => Ok(self.save(state).map(|()| ending)?),
+            Some(error) => Err(error),
+            None => self.save(state).map(|()| ending),
         }
     }
 
-    fn save(&self, state: &State) -> Result<(), SavedError> {
+    fn save(&self, state: &State) -> Result<(), Failure> {
         self.resume.map_or(Ok(()), |path| saved::save(path, self.recipe, state))
     }
 }

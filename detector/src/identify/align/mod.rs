@@ -22,7 +22,7 @@
 //!
 //! Pixels lie side by side in blocks and every step of the arithmetic is a loop over a block, which the compiler makes
 //! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 60 to 100
-//! microseconds, whatever the size of the tag, up to twice that where all steps are needed.
+//! microseconds in plain light, whatever the size of the tag, up to 300 where all steps are needed.
 //!
 //! What it gives on rendered tags: `bench/record/corners.md`.
 
