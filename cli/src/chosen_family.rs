@@ -7,6 +7,9 @@ use std::str::FromStr;
 
 use tagbus_family::file::{FamilyFile, FileError};
 use tagbus_family::{Family, UnknownFamily};
+use tagbus_message::detection::FAMILY_NAME_BYTES;
+
+use crate::outcome::Failure;
 
 /// A family and the text that named it.
 #[derive(Clone, Debug)]
@@ -37,6 +40,16 @@ pub(crate) fn capped(family: &Family, asked: u32) -> Option<String> {
              the nearest tag need not be the right one"
         )
     })
+}
+
+/// Refuses a name for a new family that no message could carry.
+pub(crate) fn check_name(name: &str) -> Result<(), Failure> {
+    match name.len() {
+        1..=FAMILY_NAME_BYTES => Ok(()),
+        length => Err(Failure::new(format!(
+            "the family's name {name:?} has {length} bytes, but 1 to {FAMILY_NAME_BYTES} fit into a message; give another with --name"
+        ))),
+    }
 }
 
 /// Whether a text means a file: no published name ends like that or holds a slash.

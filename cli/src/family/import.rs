@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use tagbus_family::Family;
 use tagbus_family::file::FamilyFile;
 use tagbus_family::import::{self, Format, Imported};
-use tagbus_message::detection::FAMILY_NAME_BYTES;
 
+use crate::chosen_family::check_name;
 use crate::command::Invocation;
 use crate::config::text;
 use crate::new_file::{self, Existing};
@@ -93,15 +93,6 @@ fn read(table: &Path, flags: &ImportFlags) -> Result<Imported, Failure> {
 
 fn renamed(family: &Family, name: &str) -> Result<Family, Failure> {
     Ok(Family::new(name, family.layout().clone(), family.codes().to_vec(), family.distance())?)
-}
-
-fn check_name(name: &str) -> Result<(), Failure> {
-    match name.len() {
-        1..=FAMILY_NAME_BYTES => Ok(()),
-        length => Err(Failure::new(format!(
-            "the family's name {name:?} has {length} bytes, but 1 to {FAMILY_NAME_BYTES} fit into a message; give another with --name"
-        ))),
-    }
 }
 
 fn warnings(imported: &Imported) -> Vec<String> {

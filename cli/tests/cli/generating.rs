@@ -72,6 +72,19 @@ fn published_families_are_made_again() {
     }
 }
 
+#[test]
+fn a_search_is_not_lost_when_nobody_reads_what_it_tells() {
+    let folder = Folder::new();
+    let output = folder.file("mine.toml");
+    let mut child = generate(&["--layout", "classic:8", "--distance", "5"], &output)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+    assert!(family_of(&output).complete);
+}
+
 /// A search of some seconds.
 const SLOW: [&str; 8] =
     ["--layout", "standard:8", "--distance", "9", "--threads", "1", "--level", "portable"];
@@ -150,7 +163,9 @@ fn what_cannot_be_made_is_refused_with_what_is_wrong_and_where() {
     let output = folder.file("mine.toml");
     let sixty_eight = "d".repeat(64) + "dddd";
     let too_many = "classic:13".to_owned();
-    let cases: [(&[&str], &str); 12] = [
+    let long_name = "n".repeat(33);
+    let cases: [(&[&str], &str); 13] = [
+        (&["--layout", "classic:8", "--distance", "5", "--name", &long_name], "33 bytes"),
         (&["--layout", "wwwwww wbbbbw wbddbw wbdwbw wbbbbw wwwwww", "--distance", "3"], "falls on cell"),
         (&["--layout", "dddd dwwd dwwd dddd", "--distance", "3"], "ring"),
         (&["--layout", "wwwwww wbbbbw wbddbw", "--distance", "3"], "18"),

@@ -160,11 +160,16 @@ impl Search {
 
     /// A sweep goes through all candidates, so it does not pay when few are wanted.
     fn is_time_to_sweep(&self, state: &State) -> bool {
-        let bits = self.recipe.layout().bit_count();
-        (LEAST_SWEPT_BITS..=MOST_SWEPT_BITS).contains(&bits)
+        swept_lows(&self.recipe).is_some()
             && state.decided >= self.recipe.candidate_count() >> DIRECT_SHARE
             && self.last_candidate() >= self.recipe.candidate_count() >> 6
     }
+}
+
+/// How many values of the low bits a sweep for this recipe goes through; none when it is searched in order only.
+pub fn swept_lows(recipe: &Recipe) -> Option<u64> {
+    let bits = recipe.layout().bit_count();
+    (LEAST_SWEPT_BITS..=MOST_SWEPT_BITS).contains(&bits).then(|| 1 << (bits - balls::HIGH_BITS))
 }
 
 /// What `work` gives on each of so many threads, all together. Which thread did what is left open.

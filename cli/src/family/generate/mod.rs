@@ -6,6 +6,8 @@ mod saved;
 mod wish;
 mod work;
 
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::thread;
@@ -16,6 +18,7 @@ use tagbus_family::file::FamilyFile;
 use tagbus_family::search::{Ending, Level, Limits, Search, State};
 use tagbus_family::{Family, Recipe};
 
+use crate::chosen_family::check_name;
 use crate::new_file::{self, Existing};
 use crate::outcome::{Failure, Outcome};
 use wish::Share;
@@ -91,17 +94,24 @@ pub(super) fn execute(flags: &GenerateFlags) -> Result<Outcome, Failure> {
         .ok_or_else(|| Failure::new("say with --output FILE.toml where the family goes"))?;
     let existing = if flags.force { Existing::Replace } else { Existing::Keep };
     new_file::check(output, existing)?;
+    let name = flags.name.clone().unwrap_or_else(|| name_of(output));
+    check_name(&name)?;
     let recipe = wish::recipe(flags)?;
-    println!("{}", wish::describe(&recipe));
+    tell(wish::describe(&recipe));
     let (state, ending) = search(flags, &recipe, flags.codes)?;
     if state.found.is_empty() {
         return Err(nothing_found(&recipe, &state));
     }
-    let file = family_file(flags.name.clone().unwrap_or_else(|| name_of(output)), &recipe, &state, ending)?;
+    let file = family_file(name, &recipe, &state, ending)?;
     new_file::write(output, file.to_text().as_bytes(), existing)?;
-    println!("{}", told(&file, ending, flags));
-    println!("wrote {}; use it: tagbus detect --family {0} PICTURE", output.display());
+    tell(told(&file, ending, flags));
+    tell(format!("wrote {}; use it: tagbus detect --family {0} PICTURE", output.display()));
     Ok(Outcome::Done)
+}
+
+/// A line on the standard output. Whoever read it may have gone, which is no reason to lose a search.
+fn tell(line: impl Display) {
+    let _ = writeln!(io::stdout().lock(), "{line}");
 }
 
 /// Does the search as the flags say, up to a number of codes.

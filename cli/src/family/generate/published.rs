@@ -6,7 +6,7 @@ use tagbus_family::Family;
 use tagbus_family::published;
 use tagbus_family::search::Ending;
 
-use super::{GenerateFlags, family_file, level, search, threads};
+use super::{GenerateFlags, family_file, level, search, tell, threads};
 use crate::new_file::{self, Existing};
 use crate::outcome::{Failure, Outcome};
 
@@ -29,7 +29,7 @@ pub(super) fn execute(flags: &GenerateFlags, name: &str) -> Result<Outcome, Fail
         let file = family_file(published.name.to_owned(), &recipe, &state, ending)?;
         new_file::write(output, file.to_text().as_bytes(), existing)?;
     }
-    println!(
+    tell(format!(
         "{}: {} codes, {} candidates decided{}; {cpu:.1} s of CPU, {wall:.1} s, {} threads, {}",
         published.name,
         state.found.len(),
@@ -37,7 +37,7 @@ pub(super) fn execute(flags: &GenerateFlags, name: &str) -> Result<Outcome, Fail
         if ending == Ending::Complete { ", which are all" } else { "" },
         threads(flags),
         level(flags)?
-    );
+    ));
     compare(published.name, &recipe.codes(&state.found))
 }
 
@@ -58,10 +58,10 @@ fn compare(name: &str, codes: &[u64]) -> Result<Outcome, Failure> {
         }
         (true, false) => format!("exactly the first {same} of the published {} codes", table.len()),
         (false, false) => {
-            println!("id {same} is {:#x}, but was published as {:#x}", codes[same], table[same]);
+            tell(format!("id {same} is {:#x}, but was published as {:#x}", codes[same], table[same]));
             return Ok(Outcome::Failed);
         }
     };
-    println!("{told}");
+    tell(told);
     Ok(Outcome::Done)
 }

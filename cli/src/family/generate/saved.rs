@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use tagbus_family::Recipe;
-use tagbus_family::search::{State, Sweep, first_too_close};
+use tagbus_family::search::{State, Sweep, first_too_close, swept_lows};
 
 use crate::new_file::{self, Existing};
 use crate::outcome::Failure;
@@ -128,11 +128,15 @@ fn check(state: &State, recipe: &Recipe) -> Result<(), String> {
     if let Some(close) = first_too_close(recipe.layout(), &recipe.codes(&state.found), recipe.distance()) {
         return Err(format!("codes {} and {} differ in {} bits only", close.first, close.second, close.bits));
     }
-    check_sweep(state, count)
+    check_sweep(state, recipe)
 }
 
-fn check_sweep(state: &State, count: u64) -> Result<(), String> {
+fn check_sweep(state: &State, recipe: &Recipe) -> Result<(), String> {
     let Some(sweep) = &state.sweep else { return Ok(()) };
+    let (lows, count) = (swept_lows(recipe).unwrap_or(0), recipe.candidate_count());
+    if lows == 0 || sweep.lows_done > lows {
+        return Err(format!("{} parts of a sweep are done, but there are {lows}", sweep.lows_done));
+    }
     let is_candidate = |number: &u64| (state.decided + 1..=count).contains(number);
     match sweep.survivors.iter().find(|number| !is_candidate(number)) {
         Some(number) => Err(format!("candidate {number} cannot have been left by the sweep")),
@@ -202,7 +206,8 @@ mod tests {
         save(&path, &recipe(), &state).unwrap();
         assert_eq!(load(&path, &recipe()).unwrap().as_ref(), Some(&state));
 
-        let changes: [fn(&mut State); 4] = [
+        let changes: [fn(&mut State); 5] = [
+            |state| state.sweep = Some(Sweep::default()),
             |state| state.found.swap(1, 2),
             |state| state.decided = state.found[3],
             |state| state.decided = u64::MAX,
