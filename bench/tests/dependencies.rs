@@ -26,7 +26,7 @@ enum Uses {
 #[rustfmt::skip]
 const ROOMS: [Room; 10] = [
     // Pure: no files, no processes. What a family looks like as text is behind features.
-    room("family", &[], &["serde", "toml"]),
+    room("family", &[], &["serde", "toml", "pdf-writer", "png", "svg"]),
     // Its random numbers are its own (scene/src/random.rs).
     room("scene", &["family"], &[]),
     room("detector", &["family"], &["nalgebra"]),

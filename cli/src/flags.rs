@@ -132,7 +132,7 @@ const MOST_IDS: u64 = 1 << 20;
 
 impl IdList {
     /// The single ids.
-    fn ids(&self) -> Vec<u32> {
+    pub(crate) fn ids(&self) -> Vec<u32> {
         self.0.iter().flat_map(|&(first, last)| first..=last).collect()
     }
 }

@@ -85,3 +85,6 @@ pub use index::{Found, Index};
 
 #[cfg(feature = "file")]
 pub mod file;
+
+#[cfg(feature = "print")]
+pub mod print;

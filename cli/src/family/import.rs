@@ -14,7 +14,6 @@ use tagbus_family::import::{self, Format, Imported};
 
 use crate::chosen_family::check_name;
 use crate::command::Invocation;
-use crate::config::text;
 use crate::new_file::{self, Existing};
 use crate::outcome::{Failure, Outcome, complain};
 
@@ -36,6 +35,10 @@ pub(crate) struct ImportCommand {
     /// The table
     #[arg(value_name = "FILE", required_unless_present = "print_config")]
     table: Option<PathBuf>,
+    /// The form of the table; auto: what it looks like
+    // Not in the flags below: in the configuration file, `format` is that of the camera's frames.
+    #[arg(long, value_name = "auto|c|java|opencv", default_value_t = FormatName(None))]
+    format: FormatName,
     #[command(flatten)]
     flags: ImportFlags,
 }
@@ -43,10 +46,6 @@ pub(crate) struct ImportCommand {
 #[derive(Debug, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 struct ImportFlags {
-    /// The form of the table; auto: what it looks like
-    #[arg(long, value_name = "auto|c|java|opencv", default_value_t = FormatName(None))]
-    #[serde(with = "text")]
-    format: FormatName,
     /// Name of the family, up to 32 bytes; by default the one in the table, else that of the file
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
@@ -67,7 +66,7 @@ pub(super) fn execute(command: ImportCommand, invocation: &Invocation) -> Result
     };
     let existing = if flags.force { Existing::Replace } else { Existing::Keep };
     new_file::check(output, existing)?;
-    let imported = read(table, &flags)?;
+    let imported = read(table, &command.format, flags.name.as_deref())?;
     warnings(&imported).into_iter().for_each(complain);
     let summary = summary(&imported.family, output);
     let text = FamilyFile::of(imported.family).to_text();
@@ -76,15 +75,14 @@ pub(super) fn execute(command: ImportCommand, invocation: &Invocation) -> Result
     Ok(Outcome::Done)
 }
 
-fn read(table: &Path, flags: &ImportFlags) -> Result<Imported, Failure> {
+fn read(table: &Path, format: &FormatName, name: Option<&str>) -> Result<Imported, Failure> {
     let refused = |reason: String| Failure::new(format!("{}: {reason}", table.display()));
     let bytes = fs::read(table).map_err(|error| refused(error.to_string()))?;
     // Only comments hold letters beyond ASCII, and some of them are of times before UTF-8.
     let text = String::from_utf8_lossy(&bytes);
     let stem = table.file_stem().unwrap_or_default().to_string_lossy();
-    let mut imported =
-        import::read(&text, flags.format.0, &stem).map_err(|error| refused(error.to_string()))?;
-    if let Some(name) = &flags.name {
+    let mut imported = import::read(&text, format.0, &stem).map_err(|error| refused(error.to_string()))?;
+    if let Some(name) = name {
         imported.family = renamed(&imported.family, name)?;
     }
     check_name(imported.family.name())?;

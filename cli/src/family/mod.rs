@@ -7,6 +7,7 @@ mod explain;
 mod generate;
 mod import;
 mod list;
+mod print;
 mod show;
 
 use clap::{Args, Subcommand};
@@ -78,6 +79,7 @@ pub(crate) enum FamilyCommand {
         flags: Format,
     },
     Import(import::ImportCommand),
+    Print(Box<print::PrintCommand>),
 }
 
 const GENERATE_EXAMPLES: &str = "Examples:
@@ -115,6 +117,7 @@ pub(crate) fn execute(command: FamilyCommand, invocation: &Invocation) -> Result
             Some(flags) => generate::execute(&flags),
             None => Ok(Outcome::Done),
         },
+        FamilyCommand::Print(command) => print::execute(*command, invocation),
     }
 }
 

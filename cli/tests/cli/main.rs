@@ -10,5 +10,6 @@ mod families_of_others;
 mod generating;
 mod killing;
 mod pictures;
+mod printing;
 mod real_data;
 mod together;
