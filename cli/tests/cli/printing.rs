@@ -296,6 +296,28 @@ fn nested_tags_are_all_found_each_a_fifth_of_the_one_outside() {
 }
 
 #[test]
+fn there_is_no_seam_where_the_black_of_nested_tags_meets() {
+    let folder = Folder::new();
+    let (svg, pdf) = (folder.file("nest.svg"), folder.file("nest.pdf"));
+    for file in [&svg, &pdf] {
+        print(&["--nest", "tagCustom48h12:0,tagCustom48h12:1", "--printed-size", "149.7mm"], file);
+    }
+    for page in [rasterised_svg(&svg), rasterised_pdf(&pdf).remove(0)] {
+        let tags = found("tagCustom48h12", &page, &folder);
+        let [[left, foot], [right, _], ..] = tags.iter().find(|tag| tag.id == 1).unwrap().corners;
+        // The print ends two cells outside of the border edge, which is six wide.
+        let end = (foot + (right - left) / 3.0) as u32;
+        let columns = (left as u32..right as u32).map(|x| [end - 5, end + 5].map(|y| (x, y)));
+        let is_black = |&(x, y): &(u32, u32)| page.get_pixel(x, y).0[0] == 0;
+        let black: Vec<_> = columns.filter(|ends| ends.iter().all(is_black)).collect();
+        assert!(black.len() > 20, "black meets in {} columns", black.len());
+        for [(x, top), (_, bottom)] in black {
+            assert!((top..bottom).all(|y| is_black(&(x, y))), "a seam at {x}, {end}");
+        }
+    }
+}
+
+#[test]
 fn a_layout_of_ones_own_is_printed_and_found() {
     let folder = Folder::new();
     let (file, picture) = (folder.file("mine.toml"), folder.file("tag.png"));

@@ -2,7 +2,7 @@
 
 use super::length::{Length, short};
 use super::outline::trace;
-use super::page::{Ink, Pattern};
+use super::page::{Ink, Outlines, Pattern};
 use crate::family::Family;
 use crate::grid::Paint;
 use crate::layout::Layout;
@@ -78,7 +78,7 @@ pub struct Block {
     /// Where it is cut out.
     pub cut: Cut,
     /// What is printed, from the block's top left corner.
-    pub patterns: Vec<Pattern>,
+    pub patterns: [Pattern; 2],
     /// Its tags; the first is the outermost one of nested tags.
     pub tags: Vec<Placed>,
     /// Millimetres of a cell of the first tag.
@@ -169,7 +169,9 @@ impl Block {
             return Err(BlockError::NoSize);
         }
         let caption = [String::new(), String::new()];
-        let (patterns, tags) = (Vec::new(), Vec::new());
+        // Black lies over white.
+        let patterns = [Ink::White, Ink::Black].map(|ink| Pattern { parts: Vec::new(), ink });
+        let tags = Vec::new();
         Ok(Block { size, prints, cut: Cut::Straight, patterns, tags, cell_mm, pixel_step: 1, caption })
     }
 
@@ -178,14 +180,12 @@ impl Block {
         let count = family.codes().len();
         let unknown = || BlockError::UnknownId { family: family.name().to_owned(), id, count };
         let grid = family.grid(id).ok_or_else(unknown)?;
-        let pattern = |ink, shown: &dyn Fn(Paint) -> bool| Pattern {
-            origin: at,
-            step_mm: cell_mm,
-            loops: trace(grid.width(), |x, y| shown(grid.get(x, y))),
-            ink,
-        };
-        self.patterns.push(pattern(Ink::White, &|paint| paint != Paint::Clear));
-        self.patterns.push(pattern(Ink::Black, &|paint| paint == Paint::Black));
+        for Pattern { parts, ink } in &mut self.patterns {
+            let shown =
+                |paint| if *ink == Ink::Black { paint == Paint::Black } else { paint != Paint::Clear };
+            let loops = trace(grid.width(), |x, y| shown(grid.get(x, y)));
+            parts.push(Outlines { origin: at, step_mm: cell_mm, loops });
+        }
         let layout = family.layout();
         let tag_mm = cell_mm * layout.width_at_border() as f64;
         let first: [f64; 2] =
@@ -387,8 +387,8 @@ mod tests {
         for (found, wanted) in sizes.iter().zip([150.0, 30.0, 10.0 * 5.0 / 9.0]) {
             assert!((found - wanted).abs() < 1e-9, "{sizes:?}");
         }
-        for pattern in &block.patterns {
-            let pixels = f64::from(block.pixel_step) * pattern.step_mm / block.cell_mm;
+        for part in block.patterns.iter().flat_map(|pattern| &pattern.parts) {
+            let pixels = f64::from(block.pixel_step) * part.step_mm / block.cell_mm;
             assert!((pixels - pixels.round()).abs() < 1e-9, "{pixels}");
         }
         assert!(block.caption[1].contains("within: 30, 5.56"), "{:?}", block.caption);

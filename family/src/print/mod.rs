@@ -26,7 +26,7 @@ pub use length::{Length, LengthError};
 mod outline;
 
 mod page;
-pub use page::{Ink, Mark, Page, Pattern};
+pub use page::{Ink, Mark, Outlines, Page, Pattern};
 
 mod block;
 pub use block::{Block, BlockError, Cut, Grouping, Placed, Size};

@@ -101,7 +101,11 @@ mod tests {
             let loops = trace(width, |x, y| cells[y * width + x]);
             for y in 0..width {
                 for x in 0..width {
-                    assert_eq!(inside(&loops, x as i32, y as i32), cells[y * width + x], "case {case}: {x}, {y}");
+                    assert_eq!(
+                        inside(&loops, x as i32, y as i32),
+                        cells[y * width + x],
+                        "case {case}: {x}, {y}"
+                    );
                 }
             }
         }

@@ -24,15 +24,34 @@ impl Ink {
     }
 }
 
-/// Polygons on a grid of their own, filled by the even-odd rule.
+/// Polygons on a grid of their own.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pattern {
+pub struct Outlines {
     /// Where the grid's (0, 0) lies, in millimetres.
     pub origin: [f64; 2],
     /// Millimetres of one step of the grid.
     pub step_mm: f64,
     /// Closed polygons in steps of the grid.
     pub loops: Vec<Loop>,
+}
+
+impl Outlines {
+    /// The corners of each polygon in millimetres.
+    fn polygons(&self) -> impl Iterator<Item = impl Iterator<Item = [f64; 2]>> {
+        let [x, y] = self.origin;
+        let at = move |corner: &[i32; 2]| {
+            [x + self.step_mm * f64::from(corner[0]), y + self.step_mm * f64::from(corner[1])]
+        };
+        self.loops.iter().map(move |corners| corners.iter().map(at))
+    }
+}
+
+/// One path, filled by the even-odd rule. What touches, also from one grid to another, is to be in the same pattern: renderers
+/// leave hairlines between two paths.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pattern {
+    /// What it consists of; none lies over another.
+    pub parts: Vec<Outlines>,
     /// Their colour.
     pub ink: Ink,
 }
@@ -40,17 +59,16 @@ pub struct Pattern {
 impl Pattern {
     /// The same pattern elsewhere.
     pub(super) fn moved(&self, [dx, dy]: [f64; 2]) -> Pattern {
-        let [x, y] = self.origin;
-        Pattern { origin: [x + dx, y + dy], ..self.clone() }
+        let moved = |part: &Outlines| {
+            let [x, y] = part.origin;
+            Outlines { origin: [x + dx, y + dy], ..part.clone() }
+        };
+        Pattern { parts: self.parts.iter().map(moved).collect(), ink: self.ink }
     }
 
     /// The corners of each polygon in millimetres.
     pub(super) fn polygons(&self) -> impl Iterator<Item = impl Iterator<Item = [f64; 2]>> {
-        let [x, y] = self.origin;
-        let at = move |corner: &[i32; 2]| {
-            [x + self.step_mm * f64::from(corner[0]), y + self.step_mm * f64::from(corner[1])]
-        };
-        self.loops.iter().map(move |corners| corners.iter().map(at))
+        self.parts.iter().flat_map(Outlines::polygons)
     }
 }
 

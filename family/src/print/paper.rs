@@ -79,7 +79,10 @@ mod tests {
             ("8.5x11in", [215.9, 279.4]),
         ] {
             let found = text.parse::<Paper>().unwrap().size;
-            assert!(found.iter().zip(size).all(|(found, size)| (found - size).abs() < 1e-9), "{text}: {found:?}");
+            assert!(
+                found.iter().zip(size).all(|(found, size)| (found - size).abs() < 1e-9),
+                "{text}: {found:?}"
+            );
         }
         for text in ["a5", "300mm", "300x400", "0x400mm", "300x6m", "-3x4mm", ""] {
             let error = text.parse::<Paper>().unwrap_err().to_string();

@@ -142,12 +142,17 @@ mod tests {
     #[test]
     fn a_document_has_its_pages_in_points_and_forbids_scaling() {
         let text = Mark::Text { at: [1.0, 9.0], size: 3.0, text: "(é→".to_owned() };
-        let pages = [Page { size: [210.0, 297.0], marks: vec![text] }, Page { size: [25.4, 50.8], marks: vec![] }];
+        let pages =
+            [Page { size: [210.0, 297.0], marks: vec![text] }, Page { size: [25.4, 50.8], marks: vec![] }];
         let bytes = to_pdf(&pages);
         let pdf = String::from_utf8_lossy(&bytes);
-        for part in
-            ["/PrintScaling /None", "/Count 2", "[0 0 595.2756 841.8898]", "[0 0 72 144]", "/BaseFont /Helvetica"]
-        {
+        for part in [
+            "/PrintScaling /None",
+            "/Count 2",
+            "[0 0 595.2756 841.8898]",
+            "[0 0 72 144]",
+            "/BaseFont /Helvetica",
+        ] {
             assert!(pdf.contains(part), "{part} is not in {pdf}");
         }
         assert_eq!(latin("(é→"), b"(\xe9?");

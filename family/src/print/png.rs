@@ -1,7 +1,7 @@
 //! Pages as PNG: every cell has a whole number of pixels, and the file says how large a pixel is.
 
 use super::block::Block;
-use super::page::{Mark, Page, Pattern};
+use super::page::{Mark, Outlines, Page, Pattern};
 use ::png::{BitDepth, ColorType, Encoder, EncodingError, PixelDimensions, Unit};
 
 /// The least resolution, 300 dots an inch, unless that makes the picture too large.
@@ -89,12 +89,8 @@ impl Canvas {
 
     /// Pixels whose centre is inside by the even-odd rule, row by row between each two sides that are met.
     fn fill(&mut self, pattern: &Pattern) {
-        let whole = pattern.origin.map(|at| (at * self.pixels_a_mm).round());
-        let step = pattern.step_mm * self.pixels_a_mm;
-        let at =
-            |corner: &[i32; 2]| [0, 1].map(|axis: usize| whole[axis] + to_whole(step * f64::from(corner[axis])));
         let polygons: Vec<Vec<[f64; 2]>> =
-            pattern.loops.iter().map(|corners| corners.iter().map(at).collect()).collect();
+            pattern.parts.iter().flat_map(|part| in_pixels(part, self.pixels_a_mm)).collect();
         let heights = polygons.iter().flatten().map(|corner| corner[1]);
         let (top, bottom) =
             heights.fold((f64::MAX, 0.0), |(low, high): (f64, f64), y| (low.min(y), high.max(y)));
@@ -142,6 +138,16 @@ impl Canvas {
             self.paint_row(row, x + short, x + long, level);
         }
     }
+}
+
+/// Polygons in pixels, moved by half of one at most so that cells of whole pixels begin with whole pixels.
+fn in_pixels(part: &Outlines, pixels_a_mm: f64) -> impl Iterator<Item = Vec<[f64; 2]>> {
+    let whole = part.origin.map(|at| (at * pixels_a_mm).round());
+    let step = part.step_mm * pixels_a_mm;
+    let at = move |corner: &[i32; 2]| {
+        [0, 1].map(|axis: usize| whole[axis] + to_whole(step * f64::from(corner[axis])))
+    };
+    part.loops.iter().map(move |corners| corners.iter().map(at).collect())
 }
 
 /// What is whole but for rounding is made whole; the sides of an arrow need not be.

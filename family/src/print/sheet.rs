@@ -14,7 +14,7 @@
 
 use super::block::{Block, Cut};
 use super::length::short;
-use super::page::{Ink, Mark, Page, Pattern};
+use super::page::{Ink, Mark, Outlines, Page, Pattern};
 use super::paper::Paper;
 use std::fmt;
 
@@ -170,7 +170,8 @@ fn add_block(marks: &mut Vec<Mark>, block: &Block, slot: &Slot, at: [f64; 2]) {
 fn arrow([x, y]: [f64; 2], font: f64) -> Pattern {
     let step_mm = 0.72 * font / 8.0;
     let loops = vec![vec![[4, 0], [8, 4], [5, 4], [5, 8], [3, 8], [3, 4], [0, 4]]];
-    Pattern { origin: [x, y - 8.0 * step_mm], step_mm, loops, ink: Ink::Black }
+    let part = Outlines { origin: [x, y - 8.0 * step_mm], step_mm, loops };
+    Pattern { parts: vec![part], ink: Ink::Black }
 }
 
 fn add_cut_marks(marks: &mut Vec<Mark>, [left, top]: [f64; 2], [width, height]: [f64; 2]) {

@@ -64,16 +64,14 @@ fn colour(ink: Ink) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use super::super::page::Outlines;
     use super::*;
 
     #[test]
     fn a_page_is_in_millimetres_and_its_text_is_escaped() {
-        let pattern = Pattern {
-            origin: [1.0, 2.0],
-            step_mm: 0.5,
-            loops: vec![vec![[0, 0], [2, 0], [2, 2]]],
-            ink: Ink::Black,
-        };
+        let loops = vec![vec![[0, 0], [2, 0], [2, 2]]];
+        let part = Outlines { origin: [1.0, 2.0], step_mm: 0.5, loops };
+        let pattern = Pattern { parts: vec![part], ink: Ink::Black };
         let text = Mark::Text { at: [1.0, 9.0], size: 3.0, text: "a<b & c".to_owned() };
         let page = Page { size: [215.9, 279.4], marks: vec![Mark::Pattern(pattern), text] };
         let svg = to_svg(&page);
