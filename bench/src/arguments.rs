@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Corners(CornersArguments),
     /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
     Hostile(HostileArguments),
+    /// All published families loaded at once: memory, time until ready, time of a look-up, agreement with brute force.
+    Index(IndexArguments),
     /// CPU time of each phase at every level of instructions and, with the feature `peers`, how many times ours the AprilTag
     /// C library takes on the same frames.
     Phases(PhasesArguments),
@@ -198,6 +200,29 @@ pub(crate) struct HostileArguments {
     /// Rounds after one warm-up; in each round every detector searches the frame once.
     #[arg(long, default_value_t = 5)]
     pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct IndexArguments {
+    /// Wrong bits to be corrected, where a family's distance allows it.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) hamming: u32,
+    /// How often all families are loaded, and each list of codes looked up.
+    #[arg(long, default_value_t = 51)]
+    pub(crate) rounds: usize,
+    /// Codes of each family for which look-up is compared with every code in every rotation: half of them random, half of
+    /// them tags with 0 to 4 wrong bits.
+    #[arg(long, default_value_t = 1_000_000)]
+    pub(crate) probes: u64,
+    /// Another seed gives other codes.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
     /// The core to run on.
     #[arg(long, default_value_t = 0)]
     pub(crate) core: usize,

@@ -6,6 +6,7 @@ mod clock;
 mod compare;
 mod corners;
 mod hostile;
+mod index;
 mod machine;
 mod median;
 mod memory;
@@ -23,8 +24,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, PaperArguments, PhasesArguments,
-    RecursiveArguments, RenderArguments, SweepArguments, ThreadsArguments,
+    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, IndexArguments, PaperArguments,
+    PhasesArguments, RecursiveArguments, RenderArguments, SweepArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Corners(arguments) => corners(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
         Command::Paper(arguments) => paper(&arguments),
+        Command::Index(arguments) => index(&arguments),
         Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
@@ -107,6 +109,30 @@ fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
          thread pinned to one core; memory is the most that a fresh detector allocates for the frame"
     );
     Ok(record::write_page(&folder.join("hostile.md"), "Frames made to cost", &how, &page)?)
+}
+
+fn index(arguments: &IndexArguments) -> Result<(), Failure> {
+    machine::pin_to(arguments.core)?;
+    let IndexArguments { hamming, rounds, probes, seed, record, .. } = arguments;
+    let plan = index::Plan { hamming: *hamming, rounds: *rounds, probes: *probes, seed: *seed };
+    let outcome = index::run(&plan)?;
+    let page = index::page(&outcome);
+    print!("{page}");
+    if let Some(folder) = record {
+        std::fs::create_dir_all(folder)?;
+        let how = format!(
+            "`tagbus-bench index --hamming {hamming} --rounds {rounds} --probes {probes} --seed {seed}`; CPU time of one thread pinned to \
+             one core; brute force compares every code in every rotation ({}) and must agree on tag or not, id, wrong bits \
+             and rotation; half of its probes are random codes, half tags in any rotation with 0 to 4 wrong bits; tags that are timed have \
+             as many wrong bits as are corrected",
+            tagbus_family::search::Level::best()
+        );
+        record::write_page(&folder.join("index.md"), "All published families at once", &how, &page)?;
+    }
+    match outcome.disagreements() {
+        0 => Ok(()),
+        count => Err(format!("look-up and brute force disagree on {count} probes").into()),
+    }
 }
 
 fn phases(arguments: &PhasesArguments) -> Result<(), Failure> {

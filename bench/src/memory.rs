@@ -42,10 +42,15 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Bytes that are allocated now, by all threads together. What C code allocates is not counted.
+pub(crate) fn live() -> usize {
+    LIVE.load(Ordering::Relaxed)
+}
+
 /// The most bytes that were allocated at a time while `work` ran, beyond what was allocated before, by all threads
 /// together. What C code allocates is not counted.
 pub(crate) fn peak_during(work: impl FnOnce()) -> usize {
-    let before = LIVE.load(Ordering::Relaxed);
+    let before = live();
     PEAK.store(before, Ordering::Relaxed);
     work();
     PEAK.load(Ordering::Relaxed).saturating_sub(before)

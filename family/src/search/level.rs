@@ -19,8 +19,10 @@ enum Kind {
 
 /// Work that is compiled once for each level. `run` must be `#[inline(always)]`, so that it is compiled with the
 /// instructions of the wrapper that it is inlined into.
-pub(super) trait Kernel {
+pub trait Kernel {
+    /// What comes of the work, at every level the same.
     type Output;
+    /// Does it.
     fn run(self) -> Self::Output;
 }
 
@@ -85,7 +87,7 @@ impl Level {
 
     /// Runs `kernel`, compiled for this level.
     #[allow(unsafe_code, reason = "calls functions that are compiled for instructions found to be there")]
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Kind::Portable => kernel.run(),
             #[cfg(target_arch = "x86_64")]

@@ -23,7 +23,7 @@ mod state;
 mod sweep;
 
 pub use apart::{TooClose, first_too_close};
-pub use level::{Level, UnknownLevel};
+pub use level::{Kernel, Level, UnknownLevel};
 pub use state::{Ending, Limits, Progress, State, Sweep};
 
 use crate::recipe::Recipe;
