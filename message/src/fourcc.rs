@@ -67,8 +67,10 @@ impl Fourcc {
 
 impl fmt::Display for Fourcc {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let letters = self.0.to_le_bytes();
-        if letters.iter().all(u8::is_ascii_graphic) {
+        let all = self.0.to_le_bytes();
+        // Short names such as Y10 end with blanks.
+        let letters = all.trim_ascii_end();
+        if !letters.is_empty() && letters.iter().all(u8::is_ascii_graphic) {
             letters.iter().try_for_each(|&letter| write!(f, "{}", char::from(letter)))
         } else {
             write!(f, "0x{:08x}", self.0)
@@ -89,6 +91,7 @@ mod tests {
     #[test]
     fn a_code_is_printed_as_its_letters_and_garbage_as_a_number() {
         assert_eq!(YUYV.to_string(), "YUYV");
+        assert_eq!(Fourcc::new(*b"Y10 ").to_string(), "Y10");
         assert_eq!(Fourcc(1).to_string(), "0x00000001");
     }
 
