@@ -7,6 +7,8 @@ use std::str::FromStr;
 use tagbus_message::domain::Domain;
 use tagbus_message::frame::Fourcc;
 
+use crate::control::ControlSettings;
+
 /// Frames a second when none are named.
 pub const DEFAULT_FRAMERATE: f64 = 30.0;
 
@@ -27,7 +29,7 @@ pub enum Source {
     },
     /// Files: `replay:PATH` with a picture, a folder of pictures, a video of JPEG frames (bare or AVI), or a raw file.
     Replay(PathBuf),
-    /// A Video4Linux device: `v4l:/dev/video0`.
+    /// A Video4Linux device: `v4l:/dev/video0`, or its path or id (`v4l:/dev/v4l/by-id/...`).
     V4l(PathBuf),
     /// A camera on the Raspberry Pi's ribbon connector: `rpicam`.
     Rpicam,
@@ -147,12 +149,14 @@ pub enum Repeat {
 /// How frames are made from the source.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SourceOptions {
-    /// Pixels a row: of the scene (default 640) or of a raw file (must be named). Pictures and videos know their own size.
+    /// Pixels a row: of the scene (default 640), of a raw file (must be named) or of a device (default: as it is set). Pictures and videos know their own size.
     pub width: Option<u32>,
-    /// Rows: of the scene (default 480) or of a raw file (must be named).
+    /// Rows: of the scene (default 480), of a raw file (must be named) or of a device (default: as it is set).
     pub height: Option<u32>,
-    /// The format of a raw file; naming one makes a replayed file a raw file.
+    /// The format of a device's frames, or of a raw file; naming one makes a replayed file a raw file.
     pub format: Option<Fourcc>,
+    /// Controls of a device, set whenever it is opened. Other sources have none.
+    pub controls: ControlSettings,
     /// How fast frames follow each other.
     pub pace: Pace,
     /// Whether a replay starts again after its end.

@@ -4,7 +4,8 @@
 //! /dev/videoN                              path        always
 //! /sys/class/video4linux/videoN/name       name        always, even without the right to open the device
 //! /sys/.../videoN/device/driver            driver      always
-//! ioctl                                    formats     with the feature `v4l`
+//! /dev/v4l/by-id, by-path                  links       names that stay when numbers change; made by udev
+//! ioctl                                    formats, controls     with the feature `v4l`
 //! ```
 
 use std::fmt;
@@ -13,16 +14,18 @@ use std::path::{Path, PathBuf};
 
 use tagbus_message::frame::Fourcc;
 
+use crate::control::ControlInfo;
+use crate::device;
 use crate::order;
 
 /// Drivers whose nodes give the raw data of a camera on the Raspberry Pi's ribbon connector, or belong to its image processor.
 const RIBBON_DRIVERS: [&str; 5] = ["unicam", "rp1-cfe", "bcm2835-isp", "bcm2835-codec", "pispbe"];
 
-const BUILD_ADVICE: &str = "this build cannot ask devices for their formats: install libclang \
+pub(crate) const BUILD_ADVICE: &str = "this build cannot ask devices for their formats: install libclang \
     (`sudo apt-get install libclang1-14 libclang-common-14-dev`) and build with the feature v4l";
 
 /// A video device.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DeviceInfo {
     /// The node, such as `/dev/video0`.
     pub path: PathBuf,
@@ -30,12 +33,23 @@ pub struct DeviceInfo {
     pub name: String,
     /// The kernel driver; empty when it is not known.
     pub driver: String,
+    /// Names of the device that stay when its number changes: by id, then by path.
+    pub links: Vec<PathBuf>,
     /// The formats that the device captures, or why they are not known.
     pub formats: Result<Vec<FormatInfo>, String>,
+    /// What can be set.
+    pub controls: Vec<ControlInfo>,
+}
+
+/// What a device answers when it is asked.
+#[derive(Debug, Default)]
+pub(crate) struct Answer {
+    pub(crate) formats: Vec<FormatInfo>,
+    pub(crate) controls: Vec<ControlInfo>,
 }
 
 /// A format that a device captures.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FormatInfo {
     /// The pixel format.
     pub format: Fourcc,
@@ -46,7 +60,7 @@ pub struct FormatInfo {
 }
 
 /// One size, or a range of sizes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SizeInfo {
     /// Smallest width and height, in pixels.
     pub min: (u32, u32),
@@ -54,20 +68,43 @@ pub struct SizeInfo {
     pub max: (u32, u32),
     /// Steps of width and height between them; 0 for a single size.
     pub step: (u32, u32),
+    /// Frames a second at the smallest size; empty when the driver does not say.
+    pub rates: Vec<RateInfo>,
+}
+
+/// One frame rate, or a range of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateInfo {
+    /// Lowest rate, in frames a second.
+    pub min: f64,
+    /// Highest rate; equal to `min` for a single rate.
+    pub max: f64,
+}
+
+impl fmt::Display for RateInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // At most two places, and none where they are zeros.
+        let number = |rate: f64| (rate * 100.0).round() / 100.0;
+        write!(f, "{}", number(self.min))?;
+        if self.min == self.max { Ok(()) } else { write!(f, " to {}", number(self.max)) }
+    }
 }
 
 impl fmt::Display for SizeInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.min.0, self.min.1)?;
-        if self.min == self.max {
-            return Ok(());
+        if self.min != self.max {
+            write!(f, " to {}x{} in steps of {}x{}", self.max.0, self.max.1, self.step.0, self.step.1)?;
         }
-        write!(f, " to {}x{} in steps of {}x{}", self.max.0, self.max.1, self.step.0, self.step.1)
+        for (position, rate) in self.rates.iter().enumerate() {
+            write!(f, "{}{rate}", if position == 0 { " at " } else { ", " })?;
+        }
+        if self.rates.is_empty() { Ok(()) } else { f.write_str(" frames/s") }
     }
 }
 
 impl fmt::Display for DeviceInfo {
-    /// The device in one line, its formats in one more line each.
+    /// The device in one line, then a line for each link, format, size and control.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -76,6 +113,7 @@ impl fmt::Display for DeviceInfo {
             or_unknown(&self.name),
             or_unknown(&self.driver)
         )?;
+        self.links.iter().try_for_each(|link| write!(f, "\n    {}", link.display()))?;
         let formats = match &self.formats {
             Ok(formats) => formats,
             Err(reason) => return write!(f, "\n    formats not known: {reason}"),
@@ -84,12 +122,15 @@ impl fmt::Display for DeviceInfo {
             write!(f, "\n    captures nothing (metadata or output node)")?;
         }
         for format in formats {
-            write!(f, "\n    {} ({}):", format.format, format.description)?;
-            for (position, size) in format.sizes.iter().enumerate() {
-                write!(f, "{} {size}", if position == 0 { "" } else { "," })?;
+            write!(f, "\n    {} ({})", format.format, format.description)?;
+            for size in &format.sizes {
+                write!(f, "\n        {size}")?;
             }
         }
-        Ok(())
+        if !self.controls.is_empty() {
+            write!(f, "\n    controls")?;
+        }
+        self.controls.iter().try_for_each(|control| write!(f, "\n        {control}"))
     }
 }
 
@@ -111,7 +152,7 @@ fn list_in(dev: &Path, sys: &Path) -> Vec<DeviceInfo> {
         .filter(|path| is_video_node(path))
         .collect();
     nodes.sort_by(|a, b| order::natural(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
-    nodes.into_iter().map(|path| describe(path, sys)).collect()
+    nodes.into_iter().map(|path| describe(path, dev, sys)).collect()
 }
 
 /// `video` and a number: `video-dec0` and its like are decoders.
@@ -120,13 +161,28 @@ fn is_video_node(path: &Path) -> bool {
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
-fn describe(path: PathBuf, sys: &Path) -> DeviceInfo {
+fn describe(path: PathBuf, dev: &Path, sys: &Path) -> DeviceInfo {
     let about = sys.join(path.file_name().unwrap_or_default());
     let name = fs::read_to_string(about.join("name")).unwrap_or_default().trim().to_string();
     let driver = fs::read_link(about.join("device/driver")).unwrap_or_default();
     let driver = driver.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let formats = ask::formats(&path);
-    DeviceInfo { path, name, driver, formats }
+    let links = links_to(&path, &dev.join("v4l"));
+    let (formats, controls) = match device::ask(&path) {
+        Ok(answer) => (Ok(answer.formats), answer.controls),
+        Err(reason) => (Err(reason), Vec::new()),
+    };
+    DeviceInfo { path, name, driver, links, formats, controls }
+}
+
+/// The links in `by-id` and `by-path` that lead to a node, in this order.
+fn links_to(node: &Path, folder: &Path) -> Vec<PathBuf> {
+    let entries = |kind: &str| fs::read_dir(folder.join(kind)).into_iter().flatten().flatten();
+    let links = ["by-id", "by-path"].into_iter().flat_map(entries).map(|entry| entry.path());
+    let node = fs::canonicalize(node).ok();
+    let mut links: Vec<PathBuf> =
+        links.filter(|link| node.is_some() && fs::canonicalize(link).ok() == node).collect();
+    links.sort();
+    links
 }
 
 /// What stands in the way of using these devices, and the commands that help; one text for each finding.
@@ -163,97 +219,20 @@ pub fn advice(devices: &[DeviceInfo]) -> Vec<String> {
 }
 
 fn is_ribbon_node(device: &DeviceInfo) -> bool {
-    RIBBON_DRIVERS.contains(&device.driver.as_str())
+    is_ribbon_driver(&device.driver)
 }
 
-/// Why no frames come from this device: missing, no video device, or not part of this version.
-pub(crate) fn why_not_streaming(path: &Path) -> String {
-    let device = path.display();
-    if let Err(error) = fs::metadata(path) {
-        let present: Vec<String> =
-            list_devices().iter().map(|found| found.path.display().to_string()).collect();
-        let present = if present.is_empty() { "there are none".to_string() } else { present.join(" ") };
-        return format!("{device}: {error}; video devices: {present} (see `tagbus camera --list`)");
-    }
-    format!(
-        "{device} is there, but taking frames from devices is not part of this version; \
-         use --source scene or --source replay:PATH"
-    )
+/// Whether a driver belongs to the cameras on the Raspberry Pi's ribbon connector.
+pub(crate) fn is_ribbon_driver(driver: &str) -> bool {
+    RIBBON_DRIVERS.contains(&driver)
 }
 
+/// Text for a device that is not there.
 #[cfg(feature = "v4l")]
-mod ask {
-    //! Asks a device for its formats.
-
-    use std::io;
-    use std::panic;
-    use std::path::Path;
-
-    use tagbus_message::frame::Fourcc;
-    use v4l::framesize::FrameSizeEnum;
-    use v4l::video::Capture;
-
-    use super::{FormatInfo, SizeInfo};
-
-    /// The formats of a device, or why it does not tell.
-    pub(super) fn formats(path: &Path) -> Result<Vec<FormatInfo>, String> {
-        // The crate v4l 0.14 unwraps what drivers say (names that are not UTF-8): one odd device must not end the list.
-        match panic::catch_unwind(|| query(path)) {
-            Ok(answer) => answer.map_err(|error| error.to_string()),
-            Err(_) => Err("the driver's answer could not be understood".to_string()),
-        }
-    }
-
-    fn query(path: &Path) -> io::Result<Vec<FormatInfo>> {
-        let device = v4l::Device::with_path(path)?;
-        let abilities = device.query_caps()?.capabilities;
-        let mut formats = Vec::new();
-        for found in device.enum_formats()? {
-            // A driver may know no sizes for a format; that is no reason to leave the format out.
-            let sizes = device.enum_framesizes(found.fourcc).unwrap_or_default();
-            formats.push(FormatInfo {
-                format: Fourcc::new(found.fourcc.repr),
-                description: found.description,
-                sizes: sizes.into_iter().map(|size| size_info(size.size)).collect(),
-            });
-        }
-        if formats.is_empty() && abilities.contains(v4l::capability::Flags::VIDEO_CAPTURE_MPLANE) {
-            return Err(io::Error::other(
-                "a device with several planes a frame, whose formats are not listed",
-            ));
-        }
-        Ok(formats)
-    }
-
-    fn size_info(size: FrameSizeEnum) -> SizeInfo {
-        match size {
-            FrameSizeEnum::Discrete(one) => {
-                SizeInfo { min: (one.width, one.height), max: (one.width, one.height), step: (0, 0) }
-            }
-            FrameSizeEnum::Stepwise(range) => SizeInfo {
-                min: (range.min_width, range.min_height),
-                max: (range.max_width, range.max_height),
-                step: (range.step_width, range.step_height),
-            },
-        }
-    }
-}
-
-#[cfg(not(feature = "v4l"))]
-mod ask {
-    //! Stands in where the build has no access to devices.
-
-    use std::path::Path;
-
-    use super::FormatInfo;
-
-    /// Says why formats are not known; a device without rights is named as such here too.
-    pub(super) fn formats(path: &Path) -> Result<Vec<FormatInfo>, String> {
-        match std::fs::File::open(path) {
-            Err(error) => Err(error.to_string()),
-            Ok(_) => Err("built without the feature v4l".to_string()),
-        }
-    }
+pub(crate) fn why_absent(path: &Path, error: &std::io::Error) -> String {
+    let present: Vec<String> = list_devices().iter().map(|found| found.path.display().to_string()).collect();
+    let present = if present.is_empty() { "there are none".to_string() } else { present.join(" ") };
+    format!("{}: {error}; video devices: {present} (see `tagbus camera --list`)", path.display())
 }
 
 #[cfg(test)]
@@ -273,7 +252,16 @@ mod tests {
         fs::write(sys.join("video2/name"), "Some Camera: HD\n").unwrap();
         std::os::unix::fs::symlink("/sys/bus/usb/drivers/uvcvideo", sys.join("video2/device/driver"))
             .unwrap();
+        for kind in ["by-path", "by-id"] {
+            fs::create_dir_all(dev.join("v4l").join(kind)).unwrap();
+            std::os::unix::fs::symlink("../../video2", dev.join("v4l").join(kind).join("camera")).unwrap();
+        }
         let devices = list_in(&dev, &sys);
+        assert_eq!(
+            devices[0].links,
+            ["by-id/camera", "by-path/camera"].map(|link| dev.join("v4l").join(link))
+        );
+        assert!(devices[1].links.is_empty());
         let paths: Vec<_> = devices.iter().map(|device| device.path.clone()).collect();
         assert_eq!(paths, [dev.join("video2"), dev.join("video10")]);
         assert_eq!((devices[0].name.as_str(), devices[0].driver.as_str()), ("Some Camera: HD", "uvcvideo"));
@@ -290,7 +278,9 @@ mod tests {
             path: "/dev/video0".into(),
             name: "x".into(),
             driver: driver.into(),
+            links: Vec::new(),
             formats: Err(reason.into()),
+            controls: Vec::new(),
         };
         let denied = advice(&[device("uvcvideo", "Permission denied (os error 13)")]).join("\n");
         assert!(denied.contains("sudo usermod -aG video $USER") && !denied.contains("rpicam"), "{denied}");
@@ -299,18 +289,12 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_device_is_told_from_one_that_is_there() {
-        let missing = why_not_streaming(Path::new("/dev/video-none"));
-        assert!(missing.contains("/dev/video-none: No such file"), "{missing}");
-        let there = why_not_streaming(Path::new("/dev/null"));
-        assert!(there.contains("not part of this version"), "{there}");
-    }
-
-    #[test]
-    fn sizes_are_printed_alone_or_as_a_range() {
-        let one = SizeInfo { min: (640, 480), max: (640, 480), step: (0, 0) };
-        let range = SizeInfo { min: (16, 16), max: (1920, 1080), step: (2, 4) };
-        assert_eq!(one.to_string(), "640x480");
-        assert_eq!(range.to_string(), "16x16 to 1920x1080 in steps of 2x4");
+    fn sizes_are_printed_alone_or_as_a_range_with_their_rates() {
+        let rate = |min, max| RateInfo { min, max };
+        let rates = vec![rate(30.0, 30.0), rate(1000.0 / 33.0, 1000.0 / 33.0)];
+        let one = SizeInfo { min: (640, 480), max: (640, 480), step: (0, 0), rates };
+        let range = SizeInfo { min: (16, 16), max: (1920, 1080), step: (2, 4), rates: vec![rate(1.0, 60.0)] };
+        assert_eq!(one.to_string(), "640x480 at 30, 30.3 frames/s");
+        assert_eq!(range.to_string(), "16x16 to 1920x1080 in steps of 2x4 at 1 to 60 frames/s");
     }
 }

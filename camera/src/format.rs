@@ -2,17 +2,46 @@
 
 use std::fmt;
 
-use tagbus_message::frame::{Fourcc, FrameHeader, GREY, HeaderError, NV12, NV21, UYVY, YU12, YUYV};
+use tagbus_message::frame::{
+    Fourcc, FrameHeader, GREY, HeaderError, MAX_PLANES, MJPG, NV12, NV21, Plane, UYVY, YU12, YUYV,
+};
 
 /// The raw formats that can be published, by the names that Video4Linux and the command line use.
 pub const RAW_FORMATS: [Fourcc; 6] = [GREY, NV12, NV21, YU12, YUYV, UYVY];
 
-/// Reads the name of a raw format, in upper or lower case.
+const fn code(name: &[u8; 4]) -> Fourcc {
+    Fourcc::new(*name)
+}
+
+/// The formats that devices may be asked for: raw ones, also with planes apart; luma of 10, 12 and 16 bits; JPEG pictures; Bayer
+/// mosaics.
+pub const FORMATS: [Fourcc; 18] = [
+    GREY,
+    NV12,
+    NV21,
+    YU12,
+    YUYV,
+    UYVY,
+    code(b"NM12"),
+    code(b"NM21"),
+    code(b"YM12"),
+    code(b"Y10 "),
+    code(b"Y10P"),
+    code(b"Y12 "),
+    code(b"Y16 "),
+    MJPG,
+    code(b"GRBG"),
+    code(b"GBRG"),
+    code(b"RGGB"),
+    code(b"BA81"),
+];
+
+/// Reads the name of a format, in upper or lower case.
 ///
 /// # Errors
-/// No raw format has this name.
+/// No format has this name.
 pub fn parse_format(name: &str) -> Result<Fourcc, UnknownFormat> {
-    let found = RAW_FORMATS.into_iter().find(|format| format.to_string().eq_ignore_ascii_case(name));
+    let found = FORMATS.into_iter().find(|format| format.to_string().eq_ignore_ascii_case(name));
     found.ok_or_else(|| UnknownFormat(name.to_string()))
 }
 
@@ -23,19 +52,20 @@ pub struct UnknownFormat(pub String);
 impl fmt::Display for UnknownFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "unknown pixel format '{}': one of", self.0)?;
-        RAW_FORMATS.iter().try_for_each(|format| write!(f, " {format}"))
+        FORMATS.iter().try_for_each(|format| write!(f, " {format}"))
     }
 }
 
 impl std::error::Error for UnknownFormat {}
 
-/// Format and size of a frame, checked when it is made.
+/// Format and size of a frame and where its planes lie, checked when it is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameShape {
     format: Fourcc,
     width: u32,
     height: u32,
     bytes: usize,
+    planes: [Plane; MAX_PLANES],
 }
 
 impl FrameShape {
@@ -45,7 +75,23 @@ impl FrameShape {
     /// A side that is too short or too long, or a format that is not raw.
     pub fn new(format: Fourcc, width: u32, height: u32) -> Result<FrameShape, HeaderError> {
         let header = FrameHeader::packed(format, width, height)?;
-        Ok(FrameShape { format, width, height, bytes: header.bytes_used as usize })
+        Ok(FrameShape { format, width, height, bytes: header.bytes_used as usize, planes: header.planes })
+    }
+
+    /// A frame whose planes lie where a device puts them, in `bytes` bytes.
+    ///
+    /// # Errors
+    /// A side that is too short or too long, a format that is not raw, or a plane that does not lie inside.
+    #[cfg(feature = "v4l")]
+    pub(crate) fn placed(
+        format: Fourcc,
+        [width, height]: [u32; 2],
+        planes: [Plane; MAX_PLANES],
+        bytes: usize,
+    ) -> Result<FrameShape, HeaderError> {
+        let shape = FrameShape { format, width, height, bytes, planes };
+        FrameHeader::packed(format, width, height)?;
+        shape.header().validate(bytes).map(|_| shape)
     }
 
     /// A grey frame.
@@ -83,7 +129,8 @@ impl FrameShape {
     /// A header that describes a frame of this shape; epoch, sequence and stamps are 0.
     pub(crate) fn header(self) -> FrameHeader {
         // The shape was checked by this very function when it was made.
-        FrameHeader::packed(self.format, self.width, self.height).unwrap_or_default()
+        let packed = FrameHeader::packed(self.format, self.width, self.height).unwrap_or_default();
+        FrameHeader { bytes_used: self.bytes as u64, planes: self.planes, ..packed }
     }
 }
 
@@ -99,12 +146,12 @@ mod tests {
 
     #[test]
     fn a_format_is_read_back_from_its_name_in_any_case() {
-        for format in RAW_FORMATS {
+        for format in FORMATS {
             assert_eq!(parse_format(&format.to_string()), Ok(format));
             assert_eq!(parse_format(&format.to_string().to_lowercase()), Ok(format));
         }
-        let error = parse_format("MJPG").unwrap_err().to_string();
-        assert!(error.contains("'MJPG'") && error.contains("NV12"), "{error}");
+        let error = parse_format("H264").unwrap_err().to_string();
+        assert!(error.contains("'H264'") && error.contains("NV12"), "{error}");
     }
 
     #[test]

@@ -5,13 +5,13 @@
 //! picture ── decoded once, copied ───────────┤            ┌─ header: format, size, sequence, stamps, copies
 //! folder  ── JPEG decoded (others copied) ───┼──▶ loan ───┤
 //! MJPEG, AVI ── luma decoded ────────────────┤  (shared   └─▶ frames topic ──▶ whoever subscribes
-//! raw file ── read by the kernel ────────────┘   memory)      info topic: mode and state
+//! raw file ── read by the kernel ────────────┤   memory)      info topic: mode and state
+//! device ──── written by its driver ─────────┘
 //! ```
 //!
 //! "Copies" in a frame's header are passes that this process made over the frame after it existed in memory: 0 for
-//! everything above but a single picture and those pictures of a folder that are not JPEG, which are 1.
-//!
-//! Video devices are listed ([`devices`]), not yet read.
+//! everything above but a single picture and those pictures of a folder that are not JPEG, which are 1. Of a device they are 0
+//! where its driver writes into shared memory itself, and 1 elsewhere; [`Transfer`] says which, and why.
 //!
 //! ```no_run
 //! use tagbus_camera::{CameraConfig, SourceOptions, run};
@@ -35,8 +35,11 @@ pub use config::{
     SourceOptions, SourceTextError,
 };
 
+mod control;
+pub use control::{ControlInfo, ControlSetting, ControlSettings, ControlTextError};
+
 mod format;
-pub use format::{FrameShape, RAW_FORMATS, UnknownFormat, parse_format};
+pub use format::{FORMATS, FrameShape, RAW_FORMATS, UnknownFormat, parse_format};
 
 mod grey;
 mod jpeg;
@@ -51,6 +54,8 @@ mod raw;
 mod still;
 mod synthetic;
 
+mod device;
+pub use device::Transfer;
 pub mod devices;
 
 mod pace;
@@ -60,6 +65,7 @@ pub use space::{Space, SpaceError};
 
 #[allow(unsafe_code, reason = "the one place that says that lent shared memory is initialised")]
 mod loan;
+mod outlet;
 mod publish;
 
 mod run;

@@ -23,11 +23,37 @@ pub(crate) struct Epoch {
     pub(crate) frame_time: Duration,
 }
 
+/// When a frame was taken, and when this process got it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Moment {
+    /// Nanoseconds of the clock that is named.
+    pub(crate) capture_ns: u64,
+    pub(crate) clock: ClockKind,
+    pub(crate) kind: CaptureKind,
+    /// `CLOCK_MONOTONIC` nanoseconds.
+    pub(crate) dequeue_ns: u64,
+}
+
+impl Moment {
+    /// A frame of which no better moment is known than when this process got it.
+    pub(crate) fn dequeued(dequeue_ns: u64) -> Moment {
+        let (clock, kind) = (ClockKind::Monotonic, CaptureKind::Dequeue);
+        Moment { capture_ns: dequeue_ns, clock, kind, dequeue_ns }
+    }
+}
+
 /// Frames that were given up before a frame, by cause.
 #[derive(Debug, Default, Clone, Copy)]
 pub(crate) struct Lost {
+    pub(crate) in_driver: u64,
     pub(crate) damaged: u64,
     pub(crate) no_loan: u64,
+}
+
+impl Lost {
+    fn all(self) -> u64 {
+        self.in_driver + self.damaged + self.no_loan
+    }
 }
 
 /// Publishes frames: numbers them, stamps them, sends, then wakes.
@@ -47,38 +73,49 @@ impl FramePublisher {
         FramePublisher { frames, epoch, largest, shape: largest, template, next_sequence: 0 }
     }
 
+    /// Format and size of the largest frame.
+    #[cfg(feature = "v4l")]
+    pub(crate) fn largest(&self) -> FrameShape {
+        self.largest
+    }
+
     /// Memory for the next frame.
     pub(crate) fn loan(&self) -> Result<Loan, LoanError> {
         Loan::take(self.frames.publisher(), self.largest.bytes())
     }
 
-    /// Sends a filled loan, then wakes whoever waits. `asked_ns` is when the source was asked for the frame.
+    /// From here on frames name this camera information.
+    pub(crate) fn set_info_number(&mut self, number: u32) {
+        self.epoch.info_number = number;
+    }
+
+    /// Sends a filled loan, then wakes whoever waits.
     ///
     /// Frames that were lost before it leave a gap in the sequence.
     pub(crate) fn send(
         &mut self,
         loan: Loan,
         filled: Filled,
-        asked_ns: u64,
+        moment: Moment,
         lost: Lost,
     ) -> Result<(), SendError> {
         if filled.shape != self.shape {
             (self.shape, self.template) = (filled.shape, filled.shape.header());
         }
-        let sequence = self.next_sequence + lost.damaged + lost.no_loan;
+        let sequence = self.next_sequence + lost.all();
         self.next_sequence = sequence + 1;
         loan.send(FrameHeader {
             epoch: self.epoch.number,
             sequence,
             copies: filled.copies.into(),
-            // These sources have no better moment than this one.
-            capture_ns: asked_ns,
-            capture_clock: ClockKind::Monotonic.code(),
-            capture_kind: CaptureKind::Dequeue.code(),
-            dequeue_ns: asked_ns,
+            capture_ns: moment.capture_ns,
+            capture_clock: moment.clock.code(),
+            capture_kind: moment.kind.code(),
+            dequeue_ns: moment.dequeue_ns,
             publish_ns: clock::monotonic_ns(),
             frame_time_ns: self.epoch.frame_time.as_nanos() as u64,
             info_number: self.epoch.info_number,
+            lost_in_driver: lost.in_driver.try_into().unwrap_or(u32::MAX),
             lost_damaged: lost.damaged.try_into().unwrap_or(u32::MAX),
             lost_no_loan: lost.no_loan.try_into().unwrap_or(u32::MAX),
             ..self.template

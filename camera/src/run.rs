@@ -11,28 +11,24 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
-use iceoryx2::prelude::ipc;
-use tagbus_message::bus::{Bus, BusError};
+use tagbus_message::bus::BusError;
 use tagbus_message::clock;
-use tagbus_message::info::{CameraInfo, CameraState};
-use tagbus_message::ports::InfoOut;
-use tagbus_message::qos::{FRAMES, Reserved};
+use tagbus_message::frame::Fourcc;
+use tagbus_message::info::CameraState;
+use tagbus_message::qos::Reserved;
 use tagbus_message::stop::Stop;
-use tagbus_message::text;
 
-use crate::config::CameraConfig;
+use crate::config::{CameraConfig, Source};
+use crate::device::{self, Transfer};
 use crate::format::FrameShape;
-use crate::loan;
+use crate::outlet::{Offer, Outlet};
 use crate::pace::Pacer;
-use crate::publish::{Epoch, FramePublisher, Lost};
+use crate::publish::Moment;
 use crate::source::{self, Damage, FrameError, FrameSource, OpenError};
 use crate::space::{Space, SpaceError};
 
-/// How often subscribers that came late are handed the camera's information.
-const GREETING_PERIOD: Duration = Duration::from_secs(1);
-
 /// So many frames in a row that cannot be sent end the camera: no subscriber's death explains them any more.
-const MAX_SEND_FAILURES: u32 = 100;
+pub(crate) const MAX_SEND_FAILURES: u32 = 100;
 
 /// What a camera reports while it works.
 #[derive(Debug)]
@@ -46,6 +42,35 @@ pub enum CameraEvent {
         reserved: Reserved,
         /// Room in shared memory before that.
         space: Space,
+    },
+    /// A device begins to deliver.
+    Opened {
+        /// Its node, and what the driver says it is.
+        device: String,
+        /// The format in which it holds its frames.
+        format: Fourcc,
+        /// Nominal time from frame to frame; zero when it does not say.
+        frame_time: Duration,
+        /// What was asked for and is not so.
+        changed: Vec<String>,
+        /// Controls that were set, with the values that the device says they have.
+        controls: Vec<String>,
+        /// How its frames get into shared memory.
+        transfer: Transfer,
+    },
+    /// A device delivers no more; it is looked for until it does again.
+    Interrupted {
+        /// Whether it is there (waiting) or not (lost).
+        state: CameraState,
+        /// What happened, or why it cannot be opened again.
+        reason: String,
+    },
+    /// A driver's stamp cannot be right; the time at which the process got the frame stands in its place.
+    StampRefused {
+        /// What is wrong with it.
+        reason: String,
+        /// How many there were since the device was opened.
+        total: u64,
     },
     /// Frames (or pictures of a folder) were passed over because they cannot be used.
     Skipped {
@@ -75,6 +100,21 @@ impl fmt::Display for CameraEvent {
                 write!(f, "publishing {shape}: {reserved}")?;
                 let megabytes = space.available / 1_000_000;
                 if space.is_tight() { write!(f, "; only {megabytes} MB are free") } else { Ok(()) }
+            }
+            Self::Opened { device, format, frame_time, changed, controls, transfer } => {
+                write!(f, "{device}: {format}")?;
+                if !frame_time.is_zero() {
+                    write!(f, " at {:.2} frames/s", 1.0 / frame_time.as_secs_f64())?;
+                }
+                write!(f, "; {transfer}")?;
+                if !changed.is_empty() {
+                    write!(f, "; the device gives {}", changed.join(", "))?;
+                }
+                if controls.is_empty() { Ok(()) } else { write!(f, "; controls: {}", controls.join(", ")) }
+            }
+            Self::Interrupted { state, reason } => write!(f, "{}: {reason}", state.name()),
+            Self::StampRefused { reason, total } => {
+                write!(f, "a stamp of the driver is not used: {reason} ({total} so far)")
             }
             Self::Skipped { count, reason } => write!(f, "skipped {count}: {reason}"),
             Self::NoLoan { dead } => {
@@ -108,6 +148,8 @@ pub struct Summary {
     pub damaged: u64,
     /// Frames given up because no memory was free.
     pub no_loan: u64,
+    /// How often a driver had to pin memory anew under a buffer number that it knew for other memory.
+    pub repins: u64,
     /// Why it ended.
     pub ending: Ending,
 }
@@ -193,83 +235,60 @@ pub fn run_reporting(
     stop: Stop,
     report: &mut dyn FnMut(CameraEvent),
 ) -> Result<Summary, CameraError> {
+    let ended = match &config.source {
+        Source::V4l(path) => device::publish(&config, path, &stop, report),
+        _ => publish(&config, &stop, report),
+    };
+    match ended {
+        Err(CameraError::Bus(BusError::Stopped)) => {
+            Ok(Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped })
+        }
+        ended => ended,
+    }
+}
+
+/// Publishes frames of a source that makes them when it is asked.
+fn publish(
+    config: &CameraConfig,
+    stop: &Stop,
+    report: &mut dyn FnMut(CameraEvent),
+) -> Result<Summary, CameraError> {
     let mut damage = Damage::default();
     let source = source::open(&config.source, &config.options, &mut damage)?;
     if damage.count > 0 {
         report(CameraEvent::Skipped { count: damage.count, reason: damage.last_reason });
     }
-    match Camera::start(&config, source, &stop, report) {
-        Ok(camera) => camera.work(&stop),
-        Err(CameraError::Bus(BusError::Stopped)) => {
-            Ok(Summary { frames: 0, damaged: 0, no_loan: 0, ending: Ending::Stopped })
-        }
-        Err(error) => Err(error),
-    }
+    let pacer = Pacer::new(config.options.pace, Instant::now());
+    let offer = Offer {
+        largest: source.largest(),
+        stored_format: source.stored_format(),
+        model: source.description(),
+        frame_time: pacer.period(),
+    };
+    let outlet = Outlet::open(config, &offer, stop, report)?;
+    Camera { outlet, source, pacer, damage: Damage::default() }.work(stop)
 }
 
-/// A camera that is on the bus. Fields are dropped in this order: topics before the node that both hold.
+/// A camera whose frames are made when they are due.
 struct Camera<'a> {
-    publisher: FramePublisher,
-    info_out: InfoOut<ipc::Service>,
-    info: CameraInfo,
+    outlet: Outlet<'a>,
     source: Box<dyn FrameSource>,
     pacer: Pacer,
     damage: Damage,
-    /// Frames given up since the last one that was sent.
-    lost: Lost,
-    summary: Summary,
-    send_failures: u32,
-    greeted: Instant,
-    report: &'a mut dyn FnMut(CameraEvent),
 }
 
-impl<'a> Camera<'a> {
-    fn start(
-        config: &CameraConfig,
-        source: Box<dyn FrameSource>,
-        stop: &Stop,
-        report: &'a mut dyn FnMut(CameraEvent),
-    ) -> Result<Camera<'a>, CameraError> {
-        let shape = source.largest();
-        let payload_bytes = loan::payload_bytes(shape.bytes());
-        let space = Space::check(&FRAMES, payload_bytes)?;
-        let bus = Bus::<ipc::Service>::start(&config.domain, &format!("camera {}", config.camera), stop)?;
-        let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
-        let info_out = bus.create_info(&config.camera)?;
-        report(CameraEvent::Started { shape, reserved: frames.reserved(), space });
-        let now = Instant::now();
-        let pacer = Pacer::new(config.options.pace, now);
-        let info = describe(config, source.as_ref(), pacer.period());
-        let epoch = Epoch { number: info.epoch, info_number: 1, frame_time: pacer.period() };
-        Ok(Camera {
-            publisher: FramePublisher::new(frames, epoch, shape),
-            info_out,
-            info,
-            source,
-            pacer,
-            damage: Damage::default(),
-            lost: Lost::default(),
-            summary: Summary { frames: 0, damaged: 0, no_loan: 0, ending: Ending::Stopped },
-            send_failures: 0,
-            greeted: now,
-            report,
-        })
-    }
-
+impl Camera<'_> {
     fn work(mut self, stop: &Stop) -> Result<Summary, CameraError> {
-        self.announce(CameraState::Streaming);
+        self.outlet.announce(CameraState::Streaming);
         let ended = self.stream(stop);
-        self.announce(CameraState::Ended);
-        self.summary.ending = ended?;
-        Ok(self.summary)
+        self.outlet.announce(CameraState::Ended);
+        self.outlet.summary.ending = ended?;
+        Ok(self.outlet.summary)
     }
 
     fn stream(&mut self, stop: &Stop) -> Result<Ending, CameraError> {
         while !self.pacer.wait(stop) {
-            if self.greeted.elapsed() >= GREETING_PERIOD {
-                self.info_out.greet_late_subscribers();
-                self.greeted = Instant::now();
-            }
+            self.outlet.greet();
             if !self.publish_next()? {
                 return Ok(Ending::SourceEnded);
             }
@@ -280,75 +299,12 @@ impl<'a> Camera<'a> {
     /// One frame from the source onto the bus; `false` when the source has ended.
     fn publish_next(&mut self) -> Result<bool, CameraError> {
         let asked_ns = clock::monotonic_ns();
-        let Ok(mut loan) = self.publisher.loan() else {
-            self.give_up_frame();
-            return Ok(true);
-        };
+        let Some(mut loan) = self.outlet.loan() else { return Ok(true) };
         let filled = self.source.next(loan.picture(), &mut self.damage);
-        self.report_damage();
+        self.outlet.note_damage(&self.damage);
         let Some(filled) = filled? else { return Ok(false) };
-        match self.publisher.send(loan, filled, asked_ns, std::mem::take(&mut self.lost)) {
-            Ok(()) => {
-                self.summary.frames += 1;
-                self.send_failures = 0;
-            }
-            Err(error) => self.count_send_failure(error)?,
-        }
+        // These sources have no better moment than that at which they were asked.
+        self.outlet.send(loan, filled, Moment::dequeued(asked_ns))?;
         Ok(true)
     }
-
-    /// Cannot happen by the pool's arithmetic, unless processes died holding more than their share.
-    fn give_up_frame(&mut self) {
-        self.lost.no_loan += 1;
-        self.summary.no_loan += 1;
-        let dead = self.publisher.clean_up_dead();
-        (self.report)(CameraEvent::NoLoan { dead });
-    }
-
-    fn report_damage(&mut self) {
-        let seen = self.summary.damaged;
-        let count = self.damage.count - seen;
-        if count > 0 {
-            self.summary.damaged = self.damage.count;
-            self.lost.damaged += count;
-            (self.report)(CameraEvent::Skipped { count, reason: self.damage.last_reason.clone() });
-        }
-    }
-
-    fn count_send_failure(&mut self, error: SendError) -> Result<(), CameraError> {
-        self.send_failures += 1;
-        if self.send_failures == MAX_SEND_FAILURES {
-            return Err(CameraError::Send(error));
-        }
-        let dead = self.publisher.clean_up_dead();
-        (self.report)(CameraEvent::NotSent { error, dead });
-        Ok(())
-    }
-
-    /// Publishes a state. A subscriber that cannot be told now gets it with the next greeting.
-    fn announce(&mut self, state: CameraState) {
-        self.info.number += 1;
-        self.info.state = state.code();
-        self.info.updated_ns = clock::monotonic_ns();
-        self.info.wall_offset_ns = clock::wall_offset_ns();
-        let _ = self.info_out.publish(&self.info);
-    }
-}
-
-/// What the camera says about itself; number and state come with each announcement.
-fn describe(config: &CameraConfig, source: &dyn FrameSource, frame_time: Duration) -> CameraInfo {
-    let shape = source.largest();
-    let wall_ns = clock::monotonic_ns() as i64 + clock::wall_offset_ns();
-    let mut info = CameraInfo {
-        epoch: wall_ns as u64,
-        source_fourcc: source.stored_format().0,
-        fourcc: shape.format().0,
-        width: shape.width(),
-        height: shape.height(),
-        frame_time_ns: frame_time.as_nanos() as u64,
-        ..CameraInfo::default()
-    };
-    text::write_cut(&mut info.source, &config.source.to_string());
-    text::write_cut(&mut info.model, source.description());
-    info
 }

@@ -6,9 +6,9 @@
 //! run ── loan ──▶ &mut [u8] ──▶ FrameSource::next ──▶ Filled { shape, copies } ──▶ header, send, notify
 //! ```
 //!
-//! A device that fills memory on its own will not be a `FrameSource`: it takes several loans into its queue and hands each back
-//! filled. It meets this way at the loan, which owns its memory and moves, and behind it at header, send and notify. Everything here is
-//! always streaming; the states waiting and lost are a device's.
+//! A device that fills memory on its own is no `FrameSource`: it takes several loans into its queue and hands each back
+//! filled (`device/`). It meets this way at the loan, which owns its memory and moves, and behind it at header, send and notify.
+//! Everything here is always streaming; the states waiting and lost are a device's.
 
 use std::fmt;
 use std::io;
@@ -18,7 +18,6 @@ use tagbus_message::frame::{Fourcc, GREY, HeaderError};
 use tagbus_scene::SceneError;
 
 use crate::config::{Repeat, Source, SourceOptions};
-use crate::devices;
 use crate::folder::FolderSource;
 use crate::format::FrameShape;
 use crate::mjpeg::{self, MjpegSource};
@@ -237,7 +236,7 @@ pub fn open(
             Ok(Box::new(FolderSource::open(path, options.repeat, damage)?))
         }
         Source::Replay(path) => open_file(path, options),
-        Source::V4l(path) => Err(OpenError::Device(devices::why_not_streaming(path))),
+        Source::V4l(_) => Err(OpenError::NotAvailable("a device is not asked for frames: it delivers them")),
         Source::Rpicam => Err(OpenError::NotAvailable(
             "rpicam: cameras on the Raspberry Pi's ribbon connector are not part of this version; record with \
              `rpicam-vid --codec mjpeg -o FILE` and use replay:FILE",
@@ -344,7 +343,6 @@ mod tests {
             (format!("replay:{one_pixel}"), &none, "frame of 1x1 pixels"),
             ("scene".to_string(), &sized(16_385, 480, None), "frame of 16385x480 pixels"),
             ("scene".to_string(), &sized(640, 480, Some(NV12)), "scene: makes GREY frames, not NV12"),
-            ("v4l:/dev/video-none".to_string(), &none, "/dev/video-none: No such file"),
             ("rpicam".to_string(), &none, "not part of this version"),
         ];
         for (source, options, expected) in cases {

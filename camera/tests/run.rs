@@ -243,6 +243,7 @@ fn as_fast_as_possible_publishes_a_whole_pass_at_once() {
         format: Some(tagbus_message::frame::GREY),
         pace: Pace::AsFastAsPossible,
         repeat: Repeat::Once,
+        ..SourceOptions::default()
     };
     let summary = ground.camera(Source::Replay(path), options).end().unwrap();
     assert_eq!((summary.frames, summary.ending), (500, Ending::SourceEnded));

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tagbus_camera::devices::{self, DeviceInfo};
 use tagbus_camera::{
-    CameraConfig, DEFAULT_FRAMERATE, FramerateError, Pace, Repeat, Source, SourceOptions, UnknownFormat,
-    parse_format, run_reporting,
+    CameraConfig, ControlInfo, ControlSettings, DEFAULT_FRAMERATE, FramerateError, Pace, Repeat, Source,
+    SourceOptions, UnknownFormat, parse_format, run_reporting,
 };
 use tagbus_message::fourcc::Fourcc;
 
@@ -27,6 +27,7 @@ use crate::role;
   tagbus camera --source replay:recording/ --framerate 10
   tagbus camera --source replay:clip.mjpeg --once --as-fast-as-possible
   tagbus camera --source replay:clip.nv12 --format NV12 --width 640 --height 480
+  tagbus camera --source v4l:/dev/video0 --width 1280 --height 720 --control auto_exposure=manual_mode,gain=20
   tagbus camera --list                           video devices, and what is missing")]
 pub(crate) struct CameraCommand {
     #[command(flatten)]
@@ -58,14 +59,14 @@ pub(crate) struct CameraFlags {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Source")]
 pub(crate) struct SourceFlags {
-    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) or v4l:/dev/videoN
+    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) or v4l:/dev/videoN (or its path or id in /dev/v4l)
     #[arg(long, value_name = "SOURCE", default_value = "scene")]
     #[serde(with = "text")]
     source: Source,
-    /// Pixels a row, of the scene (default 640) or of a raw file
+    /// Pixels a row, of the scene (default 640), of a raw file, or of a device (default: as it is set)
     #[arg(long, value_name = "PIXELS")]
     width: Option<u32>,
-    /// Rows, of the scene (default 480) or of a raw file
+    /// Rows, of the scene (default 480), of a raw file, or of a device (default: as it is set)
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
     /// Frames a second
@@ -75,10 +76,14 @@ pub(crate) struct SourceFlags {
     #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
         value_name = "BOOL", action = clap::ArgAction::Set)]
     as_fast_as_possible: bool,
-    /// The file has no headers, only frames in this format: GREY, NV12, YUYV, ...
+    /// The format of a device's frames (GREY, NV12, YUYV, MJPG, ...), or of a file that has no headers, only frames
     #[arg(long, value_name = "FOURCC")]
     #[serde(default, with = "text::optional")]
     format: Option<FormatName>,
+    /// Controls of a device, set whenever it is opened: gain=50,auto_exposure=manual_mode,... (--list names them)
+    #[arg(long, value_name = "NAME=VALUE,...", default_value = "")]
+    #[serde(with = "text")]
+    control: ControlSettings,
     /// End after the last frame of a file or folder
     #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
         value_name = "BOOL", action = clap::ArgAction::Set)]
@@ -114,6 +119,7 @@ impl SourceFlags {
             width: self.width,
             height: self.height,
             format: self.format.map(|format| format.0),
+            controls: self.control.clone(),
             pace: match self.as_fast_as_possible {
                 true => Pace::AsFastAsPossible,
                 false => Pace::from_framerate(self.framerate)?,
@@ -166,7 +172,10 @@ fn list(json: bool) -> Result<Outcome, Failure> {
 }
 
 fn device_json(device: &DeviceInfo) -> Value {
-    let mut value = json!({ "path": device.path, "name": device.name, "driver": device.driver });
+    let controls: Vec<Value> = device.controls.iter().map(control_json).collect();
+    let mut value = json!({
+        "path": device.path, "links": device.links, "name": device.name, "driver": device.driver, "controls": controls
+    });
     match &device.formats {
         Ok(formats) => value["formats"] = formats.iter().map(format_json).collect(),
         Err(reason) => value["formats_unknown"] = reason.as_str().into(),
@@ -174,8 +183,20 @@ fn device_json(device: &DeviceInfo) -> Value {
     value
 }
 
+fn control_json(control: &ControlInfo) -> Value {
+    let menu = control.menu.iter().map(|(value, text)| json!({ "value": value, "text": text }));
+    json!({
+        "name": control.name, "value": control.value, "min": control.min, "max": control.max, "step": control.step,
+        "default": control.default, "menu": menu.collect::<Vec<_>>(), "inactive": control.inactive
+    })
+}
+
 fn format_json(info: &devices::FormatInfo) -> Value {
-    let size = |size: &devices::SizeInfo| json!({ "min": size.min, "max": size.max, "step": size.step });
+    let rate = |rate: &devices::RateInfo| json!({ "min": rate.min, "max": rate.max });
+    let size = |size: &devices::SizeInfo| {
+        let rates: Vec<Value> = size.rates.iter().map(rate).collect();
+        json!({ "min": size.min, "max": size.max, "step": size.step, "rates": rates })
+    };
     let sizes: Vec<Value> = info.sizes.iter().map(size).collect();
     json!({ "format": info.format.to_string(), "description": info.description, "sizes": sizes })
 }
@@ -191,7 +212,9 @@ mod tests {
             path: PathBuf::from("/dev/video9"),
             name: "nine".to_owned(),
             driver: String::new(),
+            links: Vec::new(),
             formats: Err("no permission".to_owned()),
+            controls: Vec::new(),
         };
         let json = device_json(&silent).to_string();
         assert!(

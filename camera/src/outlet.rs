@@ -1,0 +1,181 @@
+//! A camera's place on the bus: where its frames and its information go out, and where what was lost is counted.
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::SendError;
+use iceoryx2::prelude::ipc;
+use tagbus_message::bus::Bus;
+use tagbus_message::clock;
+use tagbus_message::frame::Fourcc;
+use tagbus_message::info::{CameraInfo, CameraState};
+use tagbus_message::ports::InfoOut;
+use tagbus_message::qos::FRAMES;
+use tagbus_message::stop::Stop;
+use tagbus_message::text;
+
+use crate::config::CameraConfig;
+use crate::format::FrameShape;
+use crate::loan::{self, Loan};
+use crate::publish::{Epoch, FramePublisher, Lost, Moment};
+use crate::run::{CameraError, CameraEvent, Ending, MAX_SEND_FAILURES, Summary};
+use crate::source::{Damage, Filled};
+use crate::space::Space;
+
+/// How often subscribers that came late are handed the camera's information.
+pub(crate) const GREETING_PERIOD: Duration = Duration::from_secs(1);
+
+/// What has to be known of a source before it gets a place on the bus.
+pub(crate) struct Offer<'a> {
+    /// Format and size of the largest frame.
+    pub(crate) largest: FrameShape,
+    /// The format in which the source holds its frames.
+    pub(crate) stored_format: Fourcc,
+    /// What the source is.
+    pub(crate) model: &'a str,
+    /// Nominal time from frame to frame; zero when there is none.
+    pub(crate) frame_time: Duration,
+}
+
+/// A camera that is on the bus. Fields are dropped in this order: topics before the node that both hold.
+pub(crate) struct Outlet<'a> {
+    publisher: FramePublisher,
+    info_out: InfoOut<ipc::Service>,
+    pub(crate) info: CameraInfo,
+    /// Frames given up since the last one that was sent.
+    pub(crate) lost: Lost,
+    pub(crate) summary: Summary,
+    send_failures: u32,
+    greeted: Instant,
+    report: &'a mut dyn FnMut(CameraEvent),
+}
+
+impl<'a> Outlet<'a> {
+    /// Makes the camera's topics, when there is room for them.
+    pub(crate) fn open(
+        config: &CameraConfig,
+        offer: &Offer,
+        stop: &Stop,
+        report: &'a mut dyn FnMut(CameraEvent),
+    ) -> Result<Outlet<'a>, CameraError> {
+        let shape = offer.largest;
+        let payload_bytes = loan::payload_bytes(shape.bytes());
+        let space = Space::check(&FRAMES, payload_bytes)?;
+        let bus = Bus::<ipc::Service>::start(&config.domain, &format!("camera {}", config.camera), stop)?;
+        let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
+        let info_out = bus.create_info(&config.camera)?;
+        report(CameraEvent::Started { shape, reserved: frames.reserved(), space });
+        let info = describe(config, offer);
+        let epoch = Epoch { number: info.epoch, info_number: 1, frame_time: offer.frame_time };
+        Ok(Outlet {
+            publisher: FramePublisher::new(frames, epoch, shape),
+            info_out,
+            info,
+            lost: Lost::default(),
+            summary: Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped },
+            send_failures: 0,
+            greeted: Instant::now(),
+            report,
+        })
+    }
+
+    /// Memory for a frame. There is none only when processes died that held more than their share, whose remains are then
+    /// taken away; the frame is given up.
+    pub(crate) fn loan(&mut self) -> Option<Loan> {
+        let loan = self.publisher.loan().ok();
+        if loan.is_none() {
+            self.lost.no_loan += 1;
+            self.summary.no_loan += 1;
+            let dead = self.publisher.clean_up_dead();
+            self.tell(CameraEvent::NoLoan { dead });
+        }
+        loan
+    }
+
+    /// Memory for a driver's queue. That there is none at the moment is no loss yet: the driver has other memory.
+    #[cfg(feature = "v4l")]
+    pub(crate) fn lendable(&self) -> Option<Loan> {
+        self.publisher.loan().ok().or_else(|| {
+            self.publisher.clean_up_dead();
+            self.publisher.loan().ok()
+        })
+    }
+
+    /// Format and size that memory was made for.
+    #[cfg(feature = "v4l")]
+    pub(crate) fn largest(&self) -> FrameShape {
+        self.publisher.largest()
+    }
+
+    /// Publishes a frame. That it did not reach everybody is no error, unless it happens many times in a row.
+    pub(crate) fn send(&mut self, loan: Loan, filled: Filled, moment: Moment) -> Result<(), CameraError> {
+        match self.publisher.send(loan, filled, moment, std::mem::take(&mut self.lost)) {
+            Ok(()) => {
+                self.summary.frames += 1;
+                self.send_failures = 0;
+                Ok(())
+            }
+            Err(error) => self.count_send_failure(error),
+        }
+    }
+
+    fn count_send_failure(&mut self, error: SendError) -> Result<(), CameraError> {
+        self.send_failures += 1;
+        if self.send_failures == MAX_SEND_FAILURES {
+            return Err(CameraError::Send(error));
+        }
+        let dead = self.publisher.clean_up_dead();
+        self.tell(CameraEvent::NotSent { error, dead });
+        Ok(())
+    }
+
+    /// Takes note of frames that were damaged since the last call.
+    pub(crate) fn note_damage(&mut self, damage: &Damage) {
+        let count = damage.count - self.summary.damaged;
+        if count > 0 {
+            self.summary.damaged = damage.count;
+            self.lost.damaged += count;
+            self.tell(CameraEvent::Skipped { count, reason: damage.last_reason.clone() });
+        }
+    }
+
+    /// Hands the camera's information to subscribers that came late, once a second.
+    pub(crate) fn greet(&mut self) {
+        if self.greeted.elapsed() >= GREETING_PERIOD {
+            self.info_out.greet_late_subscribers();
+            self.greeted = Instant::now();
+        }
+    }
+
+    /// Publishes a state. A subscriber that cannot be told now gets it with the next greeting.
+    pub(crate) fn announce(&mut self, state: CameraState) {
+        self.info.number += 1;
+        self.info.state = state.code();
+        self.info.updated_ns = clock::monotonic_ns();
+        self.info.wall_offset_ns = clock::wall_offset_ns();
+        self.publisher.set_info_number(self.info.number);
+        let _ = self.info_out.publish(&self.info);
+    }
+
+    /// Tells the user.
+    pub(crate) fn tell(&mut self, event: CameraEvent) {
+        (self.report)(event);
+    }
+}
+
+/// What the camera says about itself; number and state come with each announcement.
+fn describe(config: &CameraConfig, offer: &Offer) -> CameraInfo {
+    let shape = offer.largest;
+    let wall_ns = clock::monotonic_ns() as i64 + clock::wall_offset_ns();
+    let mut info = CameraInfo {
+        epoch: wall_ns as u64,
+        source_fourcc: offer.stored_format.0,
+        fourcc: shape.format().0,
+        width: shape.width(),
+        height: shape.height(),
+        frame_time_ns: offer.frame_time.as_nanos() as u64,
+        ..CameraInfo::default()
+    };
+    text::write_cut(&mut info.source, &config.source.to_string());
+    text::write_cut(&mut info.model, offer.model);
+    info
+}
