@@ -16,7 +16,7 @@ SET_UP = tools/toolchain && tools/libclang '$(TARGET)/build.env' && . '$(TARGET)
 ALL = --release --workspace $$features
 
 .DEFAULT_GOAL := help
-.PHONY: help run test build lint format-check clippy doc
+.PHONY: help run test vm build lint format-check clippy doc
 
 help: ## say what there is to make
 	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' $(MAKEFILE_LIST) | while IFS='|' read -r name text; do \
@@ -37,6 +37,9 @@ run: ## set up what is missing and run camera, detector and watch on SOURCE (sce
 test: ## set up what is missing and run every test (real pictures: TAGBUS_TEST_DATA=FOLDER)
 	@[ -n "$$TAGBUS_TEST_DATA" ] || echo 'make test: TAGBUS_TEST_DATA is not set, tests on real pictures are SKIPPED' >&2
 	@$(SET_UP) && exec cargo test $(ALL)
+
+vm: ## test cameras with drivers of a real kernel in a virtual machine (x86-64 Debian; ARCH, CASES='userptr-*')
+	@exec tests/vm/run '$(ARCH)' '$(CASES)'
 
 build: ## build everything; the program is then target/release/tagbus
 	@$(SET_UP) && exec cargo build $(ALL)

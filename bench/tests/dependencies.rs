@@ -24,7 +24,7 @@ enum Uses {
 
 /// The rooms in the order in which a frame passes them.
 #[rustfmt::skip]
-const ROOMS: [Room; 10] = [
+const ROOMS: [Room; 11] = [
     // Pure: no files, no processes. What a family looks like as text is behind features.
     room("family", &[], &["serde", "toml", "pdf-writer", "png", "svg"]),
     // Its random numbers are its own (scene/src/random.rs).
@@ -41,6 +41,8 @@ const ROOMS: [Room; 10] = [
           "rustix"]),
     // The paper's detector as it is written: it shares what a tag looks like with the product, and nothing else.
     room("paper", &["family"], &["nalgebra"]),
+    // The test in the virtual machine: what is played to a camera, and a client that judges what comes out.
+    room("vm", &["scene", "message", "client"], &[]),
     // Measures everything, beside everybody; nobody depends on it.
     Room { name: "bench", ours: Uses::Anything, outside: Uses::Anything },
 ];

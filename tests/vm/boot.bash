@@ -1,0 +1,62 @@
+# Sourced by run: the guest's files, and the emulator.
+
+busybox=$tools/bin/busybox
+
+make_initramfs() {
+    guest=$(mktemp -d "$cache/guest.XXXXXX")
+    trap 'rm -rf "$guest"' EXIT
+    # It becomes the root folder, which everybody in the guest may enter.
+    chmod 755 "$guest"
+    mkdir -p "$guest"/{bin,lib,lib64,modules,test,usr}
+    cp "$busybox" "$guest/bin/"
+    cp "$tools"/usr/bin/v4l2-ctl "$guest/bin/"
+    # The libraries of v4l2-ctl, at one place; links as what they point to.
+    find "$tools" \( -name 'lib*.so.[0-9]*' -o -name 'ld-linux*' \) -not -name '*.py' -exec cp -L {} "$guest/lib/" \;
+    cp -L "$guest"/lib/ld-linux* "$guest/lib64/"
+    local number=10 module
+    for module in $(modules_of vivid); do
+        plain_module "$module" >"$guest/modules/$number-$(basename "${module%.xz}")"
+        number=$((number + 1))
+    done
+    local program
+    for program in tagbus tagbus-vm; do
+        strip -o "$guest/bin/$program" "$programs/$program"
+    done
+    paint "$guest/test/pictures"
+    cp tests/vm/init "$guest/init"
+    cp tests/vm/guest "$guest/test/guest"
+    echo "$cases" >"$guest/test/cases"
+    echo "$guest_seconds" >"$guest/test/seconds"
+    (cd "$guest" && find . | "$busybox" cpio -o -H newc 2>/dev/null) >"$cache/initramfs-$arch"
+    say "initramfs of $(du -m "$cache/initramfs-$arch" | cut -f 1) MB"
+}
+
+# Nothing waits for ever: the guest ends itself after this time, and the emulator is ended a minute later.
+guest_seconds=${TAGBUS_VM_SECONDS:-600}
+
+boot() {
+    say "booting"
+    local log=$cache/console-$arch.log
+    emulate </dev/null 2>&1 | tee "$log" || true
+    tr -d '\r' <"$log" | grep -q '^TEST-RC 0$' || {
+        say "FAILED: the guest ended with '$(tr -d '\r' <"$log" | grep '^TEST-RC' || echo no word)'"
+        exit 1
+    }
+    say "passed"
+}
+
+# The processor is emulated as well (tcg): that works in any container, and a nested machine's help (kvm) does not.
+emulate() {
+    local machine console
+    case $arch in
+    x86_64) machine=(-M pc -cpu max) console=ttyS0 ;;
+    aarch64) machine=(-M virt -cpu cortex-a72) console=ttyAMA0 ;;
+    esac
+    QEMU_MODULE_DIR=$emulator/usr/lib/x86_64-linux-gnu/qemu timeout $((guest_seconds + 60)) \
+        "$emulator/lib64/ld-linux-x86-64.so.2" \
+        --library-path "$emulator/lib/x86_64-linux-gnu:$emulator/usr/lib/x86_64-linux-gnu" \
+        "$emulator/usr/bin/qemu-system-$arch" -L "$emulator/usr/share/qemu" -L "$emulator/usr/share/seabios" \
+        "${machine[@]}" -accel tcg,thread=multi -smp 2 -m 1536 -display none -nodefaults -no-reboot -serial stdio \
+        -kernel "$(echo "$kernel"/boot/vmlinuz-*)" -initrd "$cache/initramfs-$arch" \
+        -append "console=$console panic=-1 loglevel=3"
+}

@@ -1,0 +1,38 @@
+//! Plays known pictures to a camera in a virtual machine, and judges what clients get of them. Called by `tests/vm/run`.
+//!
+//! ```text
+//! host:   tagbus-vm scene   WxH FOLDER           numbered pictures and what is to be found in them
+//! guest:  tagbus-vm convert WxH FORMAT FOLDER    the same pictures as a driver's bytes, on the standard output
+//!         tagbus-vm judge   WxH FOLDER ...       receives frames and detections, and holds both against the truth
+//! ```
+#![forbid(unsafe_code)]
+
+mod convert;
+mod judge;
+mod number;
+mod pictures;
+
+use std::process::ExitCode;
+
+/// What went wrong, in words.
+type Failure = Box<dyn std::error::Error>;
+
+const USAGE: &str = "usage: tagbus-vm scene WxH FOLDER | convert WxH FORMAT FOLDER | judge WxH FOLDER --copies N --same PERCENT --kind KIND --frames N --seconds N";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let done = match words.as_slice() {
+        ["scene", size, folder] => pictures::paint(size, folder),
+        ["convert", size, format, folder] => convert::play(size, format, folder),
+        ["judge", size, folder, options @ ..] => judge::judge(size, folder, options),
+        _ => Err(USAGE.into()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("tagbus-vm: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
