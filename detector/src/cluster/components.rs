@@ -1,7 +1,7 @@
 //! Which components may be the border of a tag, judged by their bounding box alone.
 
 use super::Plane;
-use super::labels::{Extent, Labels};
+use super::labels::{Extent, Label, Labels};
 use super::profiles::Profiles;
 use super::seams::Crossing;
 
@@ -105,12 +105,11 @@ impl Keeping<'_> {
     ) {
         let mut offset = self.offset;
         for label in some {
-            let root = labels.parent[label] as usize;
-            if root != label {
-                labels.slot[label] = labels.slot[root];
+            let Label { parent, extent } = labels.all()[label];
+            if parent as usize != label {
+                labels.slot[label] = labels.slot[parent as usize];
                 continue;
             }
-            let extent = labels.extent[label];
             if !may_be_a_border(&extent, self.plane, self.limits) {
                 labels.slot[label] = Profiles::REJECTED;
                 continue;

@@ -52,14 +52,21 @@ impl Extent {
     }
 }
 
-/// A label for each run, and for each label its parent and extent.
+/// A label of runs.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Label {
+    /// Labels that were found to be one component point at a smaller one of it.
+    pub(super) parent: u32,
+    pub(super) extent: Extent,
+}
+
+/// A label for each run, and what is known of each label.
 #[derive(Default)]
 pub(super) struct Labels {
     /// The label of each run.
     pub(super) of_run: Vec<u32>,
-    /// Labels that were found to be one component point at a smaller one of it.
-    pub(super) parent: Vec<u32>,
-    pub(super) extent: Vec<Extent>,
+    /// Longer than there are labels: those from `count` on are free.
+    labels: Vec<Label>,
     /// Where the profile of each label's component begins; filled by `keep_components`.
     pub(super) slot: Vec<u32>,
     count: usize,
@@ -80,47 +87,27 @@ impl Labels {
         self.count
     }
 
-    /// The smallest label of the component, halving the path on the way.
-    #[inline(always)]
-    fn root(&mut self, mut label: u32) -> u32 {
-        loop {
-            let parent = self.parent[label as usize];
-            if parent == label {
-                return label;
-            }
-            let grandparent = self.parent[parent as usize];
-            self.parent[label as usize] = grandparent;
-            label = grandparent;
-        }
-    }
-
-    /// The run `below` touches the run `above`, which already has a label.
-    #[inline(always)]
-    fn link(&mut self, above: usize, below: usize) {
-        let (upper, lower) = (self.of_run[above], self.of_run[below]);
-        self.of_run[below] = upper.min(lower);
-        if lower != upper && lower != NO_LABEL {
-            let (a, b) = (self.root(upper), self.root(lower));
-            self.parent[a.max(b) as usize] = a.min(b);
-        }
+    /// What is known of all labels.
+    pub(super) fn all(&self) -> &[Label] {
+        &self.labels[..self.count]
     }
 
     /// Makes every label point at its root and adds its extent there. Parents are smaller, so one pass upwards is enough.
     pub(super) fn merge(&mut self) {
-        for label in 0..self.count {
-            let parent = self.parent[label] as usize;
-            if parent != label {
-                let root = self.parent[parent];
-                self.parent[label] = root;
-                let extent = self.extent[label];
-                self.extent[root as usize].add(&extent);
+        let labels = &mut self.labels[..self.count];
+        for label in 0..labels.len() {
+            let Label { parent, extent } = labels[label];
+            if parent as usize != label {
+                let root = labels[parent as usize].parent;
+                labels[label].parent = root;
+                labels[root as usize].extent.add(&extent);
             }
         }
     }
 
     /// The component of a run: the label of its first run. Once labels are merged.
     pub(super) fn component_of(&self, run: usize) -> u32 {
-        self.parent[self.of_run[run] as usize]
+        self.labels[self.of_run[run] as usize].parent
     }
 
     /// Gives labels to the runs of a row that touch nothing above, and counts every run in. The next free label is
@@ -129,20 +116,33 @@ impl Labels {
     fn finish_row(&mut self, runs: &Runs, row: usize, row_of_plane: u16) {
         let of_row = runs.of_row(row);
         let room = self.count + of_row.len() + 1;
-        if self.parent.len() < room {
-            self.parent.resize(room.next_power_of_two(), 0);
-            self.extent.resize(room.next_power_of_two(), Extent::default());
+        if self.labels.len() < room {
+            self.labels.resize(room.next_power_of_two(), Label::default());
         }
-        let labels = &mut self.of_run[of_row.clone()];
-        let spans = runs.starts()[of_row.clone()].iter().zip(&runs.ends()[of_row]);
-        for (label, (start, end)) in labels.iter_mut().zip(spans) {
-            self.parent[self.count] = self.count as u32;
-            self.extent[self.count] = Extent::none_yet(row_of_plane);
+        // Not by way of `self`: compilers would look up lists and count again for every run.
+        let (labels, mut count) = (&mut self.labels[..room], self.count);
+        for (label, [start, end]) in self.of_run[of_row.clone()].iter_mut().zip(&runs.spans()[of_row]) {
+            labels[count] = Label { parent: count as u32, extent: Extent::none_yet(row_of_plane) };
             let is_new = *label == NO_LABEL;
-            *label = if is_new { self.count as u32 } else { *label };
-            self.count += usize::from(is_new);
-            self.extent[*label as usize].add_run(*start, *end, row_of_plane);
+            *label = if is_new { count as u32 } else { *label };
+            count += usize::from(is_new);
+            labels[*label as usize].extent.add_run(*start, *end, row_of_plane);
         }
+        self.count = count;
+    }
+}
+
+/// The smallest label of the component, halving the path on the way.
+#[inline(always)]
+fn root(labels: &mut [Label], mut label: u32) -> u32 {
+    loop {
+        let parent = labels[label as usize].parent;
+        if parent == label {
+            return label;
+        }
+        let grandparent = labels[parent as usize].parent;
+        labels[label as usize].parent = grandparent;
+        label = grandparent;
     }
 }
 
@@ -150,13 +150,21 @@ impl Labels {
 struct WithinBand<'a> {
     upper: &'a Ranks,
     lower: &'a Ranks,
-    labels: &'a mut Labels,
+    of_run: &'a mut [u32],
+    labels: &'a mut [Label],
 }
 
 impl Join for WithinBand<'_> {
+    /// The run above has a label already.
     #[inline(always)]
     fn join(&mut self, above: usize, below: usize) {
-        self.labels.link(self.upper.run_at(above), self.lower.run_at(below));
+        let below = self.lower.run_at(below);
+        let (upper, lower) = (self.of_run[self.upper.run_at(above)], self.of_run[below]);
+        self.of_run[below] = upper.min(lower);
+        if lower != upper && lower != NO_LABEL {
+            let (a, b) = (root(self.labels, upper), root(self.labels, lower));
+            self.labels[a.max(b) as usize].parent = a.min(b);
+        }
     }
 }
 
@@ -175,9 +183,10 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
         if runs.of_row(row).is_empty() {
             continue;
         }
-        labels.of_run.resize(runs.starts().len(), NO_LABEL);
+        labels.of_run.resize(runs.spans().len(), NO_LABEL);
         if row > 0 && !runs.of_row(row - 1).is_empty() {
-            let mut within = WithinBand { upper: previous, lower: current, labels: &mut *labels };
+            let Labels { of_run, labels, .. } = &mut *labels;
+            let mut within = WithinBand { upper: previous, lower: current, of_run, labels };
             join_rows::<EIGHT, _>(level, above, bits, &mut contacts, &mut within);
         }
         labels.finish_row(runs, row, (rows.first + row) as u16);

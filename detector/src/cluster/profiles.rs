@@ -21,10 +21,9 @@ pub(crate) struct Profile<'a> {
 }
 
 impl Profiles {
-    /// The slot of components that were not kept.
+    /// The slot of components that were not kept: the first entries, one for each row, take what is written for them, so that the
+    /// fill needs no branch.
     pub(super) const REJECTED: u32 = 0;
-    /// Entries before this take the writes for rejected components, so that the fill needs no branch.
-    pub(super) const FIRST: usize = 64;
 
     pub(super) fn resize(&mut self, entries: usize) {
         if self.spans.len() < entries {
@@ -34,7 +33,7 @@ impl Profiles {
 
     /// Where the first profile of a band of so many rows may begin.
     pub(super) fn first_offset(rows: usize) -> u32 {
-        Self::FIRST.max(rows) as u32
+        rows as u32
     }
 
     /// Appends a part of a profile that another band has filled.
@@ -59,19 +58,16 @@ impl Profiles {
 #[inline(always)]
 pub(super) fn fill_profiles(runs: &Runs, labels: &Labels, profiles: &mut Profiles) {
     let Profiles { spans, slots } = profiles;
+    let spans = &mut spans[..];
     for row in 0..runs.rows() {
         let of_row = runs.of_row(row);
-        let (starts, ends) = (&runs.starts()[of_row.clone()], &runs.ends()[of_row.clone()]);
+        let runs = &runs.spans()[of_row.clone()];
         slots.resize(of_row.len(), 0);
-        for (i, ((label, end), entry)) in
-            labels.of_run[of_row].iter().zip(ends).zip(slots.iter_mut()).enumerate()
-        {
-            let slot = labels.slot[*label as usize];
-            *entry =
-                if slot == Profiles::REJECTED { (i % Profiles::FIRST) as u32 } else { slot + row as u32 };
+        for ((label, [_, end]), entry) in labels.of_run[of_row].iter().zip(runs).zip(slots.iter_mut()) {
+            *entry = labels.slot[*label as usize] + row as u32;
             spans[*entry as usize][1] = *end;
         }
-        for (entry, start) in slots.iter().zip(starts).rev() {
+        for (entry, [start, _]) in slots.iter().zip(runs).rev() {
             spans[*entry as usize][0] = *start;
         }
     }

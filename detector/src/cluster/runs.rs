@@ -5,34 +5,23 @@ use crate::simd::{self, Level};
 /// All runs of a plane, row after row.
 #[derive(Default)]
 pub(super) struct Runs {
-    /// First column of each run.
-    start: Columns,
-    /// One past the last column of each run.
-    end: Columns,
+    /// For each run its first column and one past its last. Both in one list: one search for bits finds them.
+    edges: Columns,
     /// For each row the number of runs before it; one entry more than rows.
     first_of_row: Vec<u32>,
-    start_bits: Vec<u64>,
-    end_bits: Vec<u64>,
 }
 
 impl Runs {
     pub(super) fn clear(&mut self) {
-        self.start.clear();
-        self.end.clear();
+        self.edges.clear();
         self.first_of_row.clear();
         self.first_of_row.push(0);
     }
 
-    /// First columns of all runs so far.
+    /// First column and one past the last of all runs so far.
     #[inline(always)]
-    pub(super) fn starts(&self) -> &[u16] {
-        self.start.all()
-    }
-
-    /// One past the last column of all runs so far.
-    #[inline(always)]
-    pub(super) fn ends(&self) -> &[u16] {
-        self.end.all()
+    pub(super) fn spans(&self) -> &[[u16; 2]] {
+        self.edges.all().as_chunks().0
     }
 
     /// The runs of a row, as a range of run numbers.
@@ -50,24 +39,11 @@ impl Runs {
     #[inline(always)]
     pub(super) fn push_row(&mut self, level: Level, bits: &[u64], ranks: &mut Ranks) {
         // Most rows of a plain wall.
-        if bits.iter().all(|word| *word == 0) {
-            return self.first_of_row.push(self.start.count as u32);
+        if bits.iter().any(|word| *word != 0) {
+            ranks.fill(bits, self.spans().len() as u32);
+            self.edges.push(level, &ranks.edges);
         }
-        ranks.resize(bits.len());
-        self.start_bits.resize(bits.len(), 0);
-        self.end_bits.resize(bits.len(), 0);
-        let (mut carry, mut before) = (0, self.start.count as u32);
-        let words = bits.iter().zip(&mut self.start_bits).zip(&mut self.end_bits).zip(&mut ranks.words);
-        for (((word, start), end), rank) in words {
-            let shifted = word << 1 | carry;
-            carry = word >> 63;
-            (*start, *end) = (word & !shifted, shifted & !word);
-            *rank = Rank { starts: *start, before };
-            before += start.count_ones();
-        }
-        self.start.push(level, &self.start_bits);
-        self.end.push(level, &self.end_bits);
-        self.first_of_row.push(self.start.count as u32);
+        self.first_of_row.push(self.spans().len() as u32);
     }
 }
 
@@ -101,42 +77,36 @@ impl Columns {
     }
 }
 
-/// Finds the run that a column of a row lies in: its rank among the row's starts, by counting bits.
+/// Finds the run that a column of a row lies in, by counting the bits where runs start or end.
 #[derive(Default)]
 pub(super) struct Ranks {
-    words: Vec<Rank>,
-}
-
-/// A word's starts of runs, and how many runs there are before them.
-#[derive(Clone, Copy, Default)]
-struct Rank {
-    starts: u64,
-    before: u32,
+    /// Set where a run starts and where one has ended.
+    edges: Vec<u64>,
+    /// How many starts and ends there are before each word.
+    before: Vec<u32>,
 }
 
 impl Ranks {
     /// Takes a row with so many runs before it.
-    pub(super) fn fill(&mut self, bits: &[u64], mut before: u32) {
-        self.words.clear();
-        let mut carry = 0;
-        for word in bits {
-            let starts = word & !(word << 1 | carry);
+    #[inline(always)]
+    pub(super) fn fill(&mut self, bits: &[u64], runs_before: u32) {
+        self.edges.resize(bits.len(), 0);
+        self.before.resize(bits.len(), 0);
+        let (mut carry, mut before) = (0, 2 * runs_before);
+        for ((word, edges), count) in bits.iter().zip(&mut self.edges).zip(&mut self.before) {
+            *edges = word ^ (word << 1 | carry);
             carry = word >> 63;
-            self.words.push(Rank { starts, before });
-            before += starts.count_ones();
+            *count = before;
+            before += edges.count_ones();
         }
-    }
-
-    fn resize(&mut self, words: usize) {
-        self.words.resize(words, Rank::default());
     }
 
     /// The number of the run that holds `column`, which must be set.
     #[inline(always)]
     pub(super) fn run_at(&self, column: usize) -> usize {
-        let Rank { starts, before } = self.words[column / 64];
-        let up_to = starts << (63 - column % 64);
-        before as usize + up_to.count_ones() as usize - 1
+        let up_to = self.edges[column / 64] << (63 - column % 64);
+        // Two for each run before, and the start of this one.
+        (self.before[column / 64] + up_to.count_ones()) as usize / 2
     }
 }
 
@@ -149,8 +119,7 @@ mod tests {
         let (mut runs, mut ranks) = (Runs::default(), Ranks::default());
         runs.clear();
         runs.push_row(Level::best(), &[0b0110 | 1 << 63, 0b11], &mut ranks);
-        assert_eq!(runs.starts(), [1, 63]);
-        assert_eq!(runs.ends(), [3, 66]);
+        assert_eq!(runs.spans(), [[1, 3], [63, 66]]);
         assert_eq!(runs.of_row(0), 0..2);
         assert_eq!([1, 2, 63, 64, 65].map(|column| ranks.run_at(column)), [0, 0, 1, 1, 1]);
     }

@@ -117,7 +117,7 @@ impl Seams {
         crossing.clear();
         crossing.extend(keys.iter().enumerate().map(|(place, key)| {
             let (band, label) = ((key >> 32) as usize, *key as u32);
-            let extent = bands[band].labels.extent[label as usize];
+            let extent = bands[band].labels.all()[label as usize].extent;
             let slot = Profiles::REJECTED;
             Crossing { band, label, parent: place, extent, piece: 0, slot, component: None }
         }));
