@@ -54,23 +54,6 @@ impl<'a> Sampled<'a> {
     fn span(&self, y: usize) -> &[u8] {
         &self.bytes[y * self.row_stride..][..(self.width - 1) * self.step + 1]
     }
-
-    /// A value and the one on its right.
-    #[inline(always)]
-    pub(crate) fn pair(&self, x: usize, y: usize) -> [u8; 2] {
-        let pair = &self.bytes[y * self.row_stride + x * self.step..][..self.step + 1];
-        [pair[0], pair[self.step]]
-    }
-}
-
-impl Sampled<'_> {
-    /// A value, the one on its right, and the two below these.
-    #[inline(always)]
-    pub(crate) fn square(&self, x: usize, y: usize) -> [u8; 4] {
-        let (right, below) = (self.step, self.row_stride);
-        let square = &self.bytes[y * self.row_stride + x * self.step..][..below + right + 1];
-        [square[0], square[right], square[below], square[below + right]]
-    }
 }
 
 impl Raster for Sampled<'_> {

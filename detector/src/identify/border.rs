@@ -177,6 +177,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Level;
     use crate::view::LumaView;
     use tagbus_family::Family;
 
@@ -193,7 +194,7 @@ mod tests {
         let view = LumaView::grey(&luma, 160, 160).unwrap();
         let corners = [[40.0, 40.0], [120.0, 40.0], [120.0, 120.0], [40.0, 120.0]];
         let homography = Homography::from_square(&corners, reader.width).unwrap();
-        let border = measure(&Frame::new(&view), &reader, &homography).unwrap();
+        let border = measure(&Frame::new(Level::best(), &view), &reader, &homography).unwrap();
         assert!((border.contrast - 120.0).abs() < 1.0, "{border:?}");
         let [left, right] = [0.5, 7.5].map(|x| border.white.at_all(&[x; LANES], &[4.0; LANES])[0]);
         assert!((right - left - 17.5).abs() < 1.0, "{left} to {right}");

@@ -69,6 +69,16 @@ impl Homography {
         seen
     }
 
+    /// As [`Self::project`], for many points.
+    #[inline(always)]
+    pub(crate) fn project_lanes(&self, [x, y]: &[[f64; LANES]; 2]) -> [[f64; LANES]; 2] {
+        let mut seen = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            [seen[0][i], seen[1][i]] = self.project([x[i], y[i]]);
+        }
+        seen
+    }
+
     /// From nine numbers, row by row.
     pub(crate) fn from_rows(rows: [f64; 9]) -> Self {
         Self(Matrix3::from_row_slice(&rows))

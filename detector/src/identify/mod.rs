@@ -97,12 +97,12 @@ pub(crate) fn identify(
     let Identify { scratches, found } = identify;
     if threads.count() == 1 || quads.len() < least_to_deal(scene.settings.refinement) {
         let found = |_, detection| detections.push(detection);
-        level.run(IdentifyAll { scene, quads, first: 0, scratch: &mut scratches[0], found });
+        level.run(IdentifyAll { level, scene, quads, first: 0, scratch: &mut scratches[0], found });
     } else {
         let length = threads.part_length(quads.len());
         threads.deal(scratches, quads.chunks(length).enumerate(), |scratch, (part, quads)| {
             let found = |number, detection| found.add(number, detection);
-            level.run(IdentifyAll { scene, quads, first: part * length, scratch, found });
+            level.run(IdentifyAll { level, scene, quads, first: part * length, scratch, found });
         });
         found.move_to(detections);
     }
@@ -111,6 +111,7 @@ pub(crate) fn identify(
 
 /// Hands the detections of some quads to `found`, with the quads' numbers.
 struct IdentifyAll<'a, 's, F> {
+    level: Level,
     scene: &'a Scene<'s>,
     quads: &'a [Quad],
     /// The number of the first.
@@ -124,8 +125,8 @@ impl<F: FnMut(usize, Detection)> Kernel for IdentifyAll<'_, '_, F> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { scene, quads, first, scratch, mut found } = self;
-        let frame = Frame::new(scene.view);
+        let Self { level, scene, quads, first, scratch, mut found } = self;
+        let frame = Frame::new(level, scene.view);
         let mut attempt = Attempt { frame: &frame, settings: scene.settings, scratch };
         for (i, quad) in quads.iter().enumerate() {
             if let Some(Tag { reader, reading }) = attempt.read_quad(scene.readers, quad) {

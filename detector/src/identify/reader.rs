@@ -17,8 +17,8 @@ pub(crate) struct Reader {
     pub(crate) width: f64,
     /// The data cells, most significant bit first.
     pub(crate) data: Vec<DataCell>,
-    /// Cells of the rings on both sides of the border edge.
-    pub(crate) rings: Vec<RingCell>,
+    /// Cells on both sides of the border edge, side by side.
+    pub(crate) sides: [Vec<SideCells>; 4],
     /// Colours of the cells that every tag of the family has the same, as places of `Reader::grid`.
     pub(crate) known: Vec<KnownCell>,
     /// The same cells as `data`, `known` and on both sides of the border, to be sampled together.
@@ -107,9 +107,32 @@ pub(crate) struct KnownCell {
 }
 
 /// Two neighbouring cells with the border edge between them.
-pub(crate) struct RingCell {
-    pub(crate) white: [f64; 2],
-    pub(crate) black: [f64; 2],
+struct RingCell {
+    white: [f64; 2],
+    black: [f64; 2],
+}
+
+/// Some cells on both sides of one side of the border, whose centres are sampled together.
+pub(crate) struct SideCells {
+    pub(crate) white: [[f64; LANES]; 2],
+    pub(crate) black: [[f64; LANES]; 2],
+    /// How many there are; the others have a place on the border that is not used.
+    pub(crate) count: usize,
+}
+
+impl SideCells {
+    fn all(cells: &[RingCell]) -> Vec<Self> {
+        cells.chunks(LANES).map(Self::new).collect()
+    }
+
+    fn new(cells: &[RingCell]) -> Self {
+        let mut lanes = Self { white: [[0.0; LANES]; 2], black: [[0.0; LANES]; 2], count: cells.len() };
+        for (i, RingCell { white, black }) in cells.iter().enumerate() {
+            (lanes.white[0][i], lanes.white[1][i]) = (white[0], white[1]);
+            (lanes.black[0][i], lanes.black[1][i]) = (black[0], black[1]);
+        }
+        lanes
+    }
 }
 
 /// Small tags with little data inside of the border can be of one colour there. Of the published ones some of tagCircle49h12,
@@ -161,7 +184,9 @@ impl Reader {
             border: layout.border(),
             width: layout.width_at_border() as f64,
             data,
-            rings,
+            sides: std::array::from_fn(|k| {
+                SideCells::all(&rings[k * rings.len() / 4..(k + 1) * rings.len() / 4])
+            }),
             known,
             grid_width,
             index,

@@ -4,8 +4,9 @@
 //! small tags outwards or inwards by polarity. The half-way crossing, searched within half a cell, has half the error.
 
 use super::homography::Homography;
-use super::reader::Reader;
+use super::reader::{Reader, SideCells};
 use super::sample::{Frame, LANES};
+use crate::simd::{self, Crossings};
 use tagbus_family::Border;
 
 /// The window across the edge: this share of a cell, at most this many pixels of the search grid, never less than the last.
@@ -177,21 +178,31 @@ fn refine_side(
     let mut found = 0;
     let mut first = 0;
     while first < count {
-        let mut feet = [[f64::NAN; 2]; LANES];
-        for (i, foot) in (first..count).zip(&mut feet) {
-            let t = end + (1.0 - 2.0 * end) * (i as f64 + 0.5) / count as f64;
-            *foot = along(side.from, side.to, t);
-        }
+        let feet = feet(&side, first, count, end);
         let shifts = crossings(frame, &side, &feet, window);
-        for (foot, shift) in feet.iter().zip(shifts) {
-            if shift.is_finite() {
-                points[found] = beside(*foot, side.outwards, f64::from(shift));
+        for i in 0..LANES {
+            if shifts[i].is_finite() {
+                points[found] = beside([feet[0][i], feet[1][i]], side.outwards, f64::from(shifts[i]));
                 found += 1;
             }
         }
         first += LANES;
     }
-    (found >= 4).then(|| robust_line(&points[..found]))
+    // No closure: it would be compiled without the level's instructions.
+    if found >= 4 { Some(robust_line(&points[..found])) } else { None }
+}
+
+/// The feet of the profiles from number `first` on, of `count` that are spread along a side without its ends, which are this share
+/// of it each; NaN behind the last one.
+#[inline(always)]
+fn feet(side: &Side, first: usize, count: usize, end: f64) -> [[f64; LANES]; 2] {
+    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let t = end + (1.0 - 2.0 * end) * ((first + i) as f64 + 0.5) / count as f64;
+        let t = if first + i < count { t } else { f64::NAN };
+        [x[i], y[i]] = along(side.from, side.to, t);
+    }
+    [x, y]
 }
 
 /// Levels and cell size beside a side, from the centres of the cells along it.
@@ -212,19 +223,19 @@ fn measure_side(
     }
     let outwards = [dy / length, -dx / length];
     let (mut white, mut black, mut cell, mut samples) = (0.0, 0.0, 0.0, 0.0);
-    let cells = reader.rings.len() / 4;
-    for ring in &reader.rings[k * cells..(k + 1) * cells] {
-        let (w, b) = (homography.project(ring.white), homography.project(ring.black));
-        let across = ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
-        cell += across;
-        let nearer = (level_reach / (0.5 * across)).min(1.0);
-        // Half-way between the two cells lies the edge.
-        let (towards_white, towards_black) = (0.5 - 0.5 * nearer, 0.5 + 0.5 * nearer);
-        let (w, b) = (along(w, b, towards_white), along(w, b, towards_black));
-        if let (Some(w), Some(b)) = (frame.at(w), frame.at(b)) {
-            white += w;
-            black += b;
-            samples += 1.0;
+    for cells in &reader.sides[k] {
+        let Beside { across, white: at_white, black: at_black } =
+            beside_cells(homography, cells, outwards, level_reach);
+        let w_inside = frame.contains_all(&at_white[0], &at_white[1]);
+        let b_inside = frame.contains_all(&at_black[0], &at_black[1]);
+        let w = frame.near_all(&at_white[0], &at_white[1]);
+        let b = frame.near_all(&at_black[0], &at_black[1]);
+        for i in 0..cells.count {
+            let counts = w_inside[i] * b_inside[i];
+            cell += across[i];
+            white += counts * w[i];
+            black += counts * b[i];
+            samples += counts;
         }
     }
     let step = (white - black) / f32::max(samples, 1.0);
@@ -233,52 +244,78 @@ fn measure_side(
     }
     let sign = if reader.border == Border::Normal { 1.0 } else { -1.0 };
     let half_way = (white + black) / (2.0 * samples);
-    Some(Side { from, to, outwards, length, cell: cell / cells as f64, half_way, sign })
+    Some(Side { from, to, outwards, length, cell: cell / reader.width, half_way, sign })
+}
+
+/// Where levels are taken beside cells.
+struct Beside {
+    /// Cell sizes across the side, pixels.
+    across: [f64; LANES],
+    white: [[f32; LANES]; 2],
+    black: [[f32; LANES]; 2],
+}
+
+#[inline(always)]
+fn beside_cells(homography: &Homography, cells: &SideCells, outwards: [f64; 2], level_reach: f64) -> Beside {
+    let (w, b) = (homography.project_lanes(&cells.white), homography.project_lanes(&cells.black));
+    let mut places = Beside { across: [0.0; LANES], white: [[0.0; LANES]; 2], black: [[0.0; LANES]; 2] };
+    for i in 0..LANES {
+        let (w, b) = ([w[0][i], w[1][i]], [b[0][i], b[1][i]]);
+        let across = ((w[0] - b[0]) * outwards[0] + (w[1] - b[1]) * outwards[1]).abs();
+        let nearer = (level_reach / (0.5 * across)).min(1.0);
+        // Half-way between the two cells lies the edge.
+        let (w, b) = (along(w, b, 0.5 - 0.5 * nearer), along(w, b, 0.5 + 0.5 * nearer));
+        places.across[i] = across;
+        (places.white[0][i], places.white[1][i]) = (w[0] as f32, w[1] as f32);
+        (places.black[0][i], places.black[1][i]) = (b[0] as f32, b[1] as f32);
+    }
+    places
 }
 
 /// How far outwards of each foot the grey value rises (or, for a reversed border, falls) through half-way; the nearest such
 /// place within the window. NaN where there is none, and for a foot whose window leaves the frame.
 #[inline(always)]
-fn crossings(frame: &Frame, side: &Side, feet: &[[f64; 2]; LANES], window: f64) -> [f32; LANES] {
+fn crossings(frame: &Frame, side: &Side, feet: &[[f64; LANES]; 2], window: f64) -> [f32; LANES] {
     let half = ((window / STEP).ceil() as usize).min(MOST_ACROSS / 2);
     let step = window / half as f64;
-    let (mut x, mut y, mut is_open) = ([0.0f32; LANES], [0.0f32; LANES], [false; LANES]);
+    let (mut x, mut y) = ([0.0f32; LANES], [0.0f32; LANES]);
     for i in 0..LANES {
-        let (first, last) = (beside(feet[i], side.outwards, -window), beside(feet[i], side.outwards, window));
-        (x[i], y[i]) = (feet[i][0] as f32, feet[i][1] as f32);
-        is_open[i] = frame.contains(first) && frame.contains(last);
+        (x[i], y[i]) = (feet[0][i] as f32, feet[1][i] as f32);
     }
-    let mut shifts = [f32::NAN; LANES];
-    if !is_open.contains(&true) {
-        return shifts;
+    let (first, last) = (ends(frame, side, feet, -window), ends(frame, side, feet, window));
+    let mut crossings = Crossings { shifts: [f32::NAN; LANES], is_open: [0.0; LANES] };
+    for i in 0..LANES {
+        crossings.is_open[i] = first[i] * last[i];
+    }
+    if crossings.is_open == [0.0; LANES] {
+        return crossings.shifts;
     }
     let (dx, dy) = ((side.outwards[0] * step) as f32, (side.outwards[1] * step) as f32);
-    let mut outer = levels(frame, side, &x, &y, [0.0, 0.0]);
-    let mut inner = outer;
+    let middle = levels(frame, side, &x, &y, [0.0, 0.0]);
+    let mut before = [middle, middle];
     // From the middle outwards, since the nearest crossing is wanted.
     for k in 1..=half {
         let k = k as f32;
-        let next_outer = levels(frame, side, &x, &y, [k * dx, k * dy]);
-        let next_inner = levels(frame, side, &x, &y, [-k * dx, -k * dy]);
-        let mut any_open = false;
-        for i in 0..LANES {
-            let (out, within) =
-                (next_outer[i] / (next_outer[i] - outer[i]), next_inner[i] / (next_inner[i] - inner[i]));
-            let outwards = if outer[i] <= 0.0 && next_outer[i] > 0.0 { k - out } else { f32::MAX };
-            let inwards = if next_inner[i] <= 0.0 && inner[i] > 0.0 { k - within } else { f32::MAX };
-            let nearest = if inwards < outwards { -inwards } else { outwards };
-            if is_open[i] && outwards.min(inwards) < f32::MAX {
-                shifts[i] = nearest * step as f32;
-                is_open[i] = false;
-            }
-            any_open |= is_open[i];
-        }
-        if !any_open {
+        let outer = levels(frame, side, &x, &y, [k * dx, k * dy]);
+        let inner = levels(frame, side, &x, &y, [-k * dx, -k * dy]);
+        let now = [outer, inner];
+        if !simd::look(frame.level(), &mut crossings, k, step as f32, &before, &now) {
             break;
         }
-        (outer, inner) = (next_outer, next_inner);
+        before = now;
     }
-    shifts
+    crossings.shifts
+}
+
+/// Whether the frame contains the points this far outwards of the feet: 1 or 0.
+#[inline(always)]
+fn ends(frame: &Frame, side: &Side, feet: &[[f64; LANES]; 2], distance: f64) -> [f32; LANES] {
+    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let end = beside([feet[0][i], feet[1][i]], side.outwards, distance);
+        (x[i], y[i]) = (end[0] as f32, end[1] as f32);
+    }
+    frame.contains_all(&x, &y)
 }
 
 /// How far the grey values at points, all moved alike, lie beyond half-way: positive outside of the tag's edge.
@@ -318,12 +355,12 @@ fn beside(point: [f64; 2], direction: [f64; 2], distance: f64) -> [f64; 2] {
 #[inline(always)]
 fn robust_line(points: &[[f64; 2]]) -> SideLine {
     let mut weights = [1.0f64; MOST_PROFILES];
-    let mut line = SideLine::default();
-    for round in 0..WEIGHTINGS {
-        line = weighted_line(points, &weights);
-        if round + 1 < WEIGHTINGS {
-            reweigh(points, &line, &mut weights);
+    let mut line = weighted_line(points, &weights);
+    for _ in 1..WEIGHTINGS {
+        if !reweigh(points, &line, &mut weights) {
+            break;
         }
+        line = weighted_line(points, &weights);
     }
     line
 }
@@ -352,20 +389,33 @@ fn weighted_line(points: &[[f64; 2]], weights: &[f64]) -> SideLine {
     SideLine { point: middle, along: along.map(|v| v / norm) }
 }
 
+/// Gives the points new weights; says whether there may be others among them than before.
 #[inline(always)]
-fn reweigh(points: &[[f64; 2]], line: &SideLine, weights: &mut [f64]) {
-    let distance =
-        |[x, y]: &[f64; 2]| ((y - line.point[1]) * line.along[0] - (x - line.point[0]) * line.along[1]).abs();
-    let (mut squares, mut total) = (0.0, 0.0);
-    for (point, weight) in points.iter().zip(weights.iter()) {
-        squares += weight * distance(point).powi(2);
+fn reweigh(points: &[[f64; 2]], line: &SideLine, weights: &mut [f64; MOST_PROFILES]) -> bool {
+    let mut distances = [0.0f64; MOST_PROFILES];
+    let mut farthest = 0.0f64;
+    for (distance, [x, y]) in distances.iter_mut().zip(points) {
+        *distance = ((y - line.point[1]) * line.along[0] - (x - line.point[0]) * line.along[1]).abs();
+        farthest = farthest.max(*distance);
+    }
+    let (mut squares, mut total, mut least) = (0.0, 0.0, 1.0f64);
+    if farthest < NEAR {
+        // Most sides: all weights are 1, and so they were unless this is not the first time.
+        for weight in &mut weights[..points.len()] {
+            least = least.min(*weight);
+            *weight = 1.0;
+        }
+        return least < 1.0;
+    }
+    for (distance, weight) in distances[..points.len()].iter().zip(weights.iter()) {
+        squares += weight * distance.powi(2);
         total += weight;
     }
     let limit = (FAR * (squares / total).sqrt()).max(NEAR);
-    for (point, weight) in points.iter().zip(weights) {
-        let distance = distance(point);
-        *weight = if distance < limit { 1.0 } else { limit / distance };
+    for (distance, weight) in distances[..points.len()].iter().zip(weights) {
+        *weight = if *distance < limit { 1.0 } else { limit / distance };
     }
+    true
 }
 
 #[cfg(test)]

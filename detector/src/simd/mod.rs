@@ -7,12 +7,14 @@ mod blocks;
 mod level;
 #[cfg(target_arch = "aarch64")]
 mod neon;
+mod samples;
 mod scalar;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub(crate) use level::Kernel;
 pub use level::{Level, UnknownLevel};
+pub(crate) use samples::{Crossings, LANES, Pixels, Sides};
 
 use level::Kind;
 pub(crate) use scalar::{average, pair_extrema};
@@ -144,13 +146,62 @@ pub(crate) fn columns(level: Level, words: &[u64], out: &mut [u16]) -> usize {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has BMI (Level::available).
         Kind::Avx2 => unsafe { x86::columns_avx2(words, out) },
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::columns(words, out) },
         _ => scalar::columns(words, out),
+    }
+}
+
+/// Whether points lie between the outermost pixel centres, so that they have a grey value: 1 or 0.
+#[inline(always)]
+pub(crate) fn contains(level: Level, pixels: &Pixels, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+    match level.kind() {
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::contains(pixels, x, y) },
+        // Compilers make vectors of it elsewhere.
+        _ => samples::contains(pixels, x, y),
+    }
+}
+
+/// The grey values at points, bilinear between the four pixel centres around each (paper III-D). Those outside of the frame have
+/// the value of a place at its rim.
+#[inline(always)]
+pub(crate) fn values(level: Level, pixels: &Pixels, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+    #[cfg(target_arch = "aarch64")]
+    if let (Kind::Neon, Some(last_square)) = (level.kind(), pixels.last_square()) {
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        return unsafe { neon::values(pixels, last_square, x, y) };
+    }
+    let _ = level;
+    samples::values(pixels, x, y)
+}
+
+/// The `k`-th step of this length of a search for crossings, from the values `before` to those `now`; says whether anything is
+/// still looked for.
+#[inline(always)]
+pub(crate) fn look(
+    level: Level,
+    crossings: &mut Crossings,
+    k: f32,
+    step: f32,
+    before: &Sides,
+    now: &Sides,
+) -> bool {
+    match level.kind() {
+        #[cfg(target_arch = "aarch64")]
+        // SAFETY: NEON belongs to the baseline of this architecture.
+        Kind::Neon => unsafe { neon::look(crossings, k, step, before, now) },
+        // Compilers make vectors of it elsewhere.
+        _ => crossings.look(k, step, before, now),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::{Geometry, LumaView};
 
     /// A small seeded generator (xorshift64*), enough for pixels.
     struct Random(u64);
@@ -256,6 +307,69 @@ mod tests {
                     let count = columns(level, &row, &mut out);
                     assert_eq!(out[..count], expected, "{level}, {words} words");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_scalar_values_between_pixels_at_every_step_and_outside_of_the_frame() {
+        let mut random = Random(23);
+        let (width, height) = (23, 9);
+        for step in [1, 2, 3] {
+            let stride = width * step + 5;
+            let bytes = random.bytes(3 + stride * (height - 1) + (width - 1) * step + 1);
+            let geometry = Geometry { offset: 3, width, height, row_stride: stride, pixel_step: step };
+            let pixels = Pixels::new(&LumaView::new(&bytes, geometry).unwrap());
+            for round in 0..400 {
+                let mut coordinate = |side: usize| {
+                    let share = (f32::from(random.byte()) + f32::from(random.byte()) / 256.0) / 255.0;
+                    match round % 8 {
+                        0 => {
+                            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e9][(share * 3.0).round() as usize]
+                        }
+                        1 => (share * side as f32).round() + 0.5,
+                        _ => share * (side as f32 + 4.0) - 2.0,
+                    }
+                };
+                let x: [f32; LANES] = std::array::from_fn(|_| coordinate(width));
+                let y: [f32; LANES] = std::array::from_fn(|_| coordinate(height));
+                let expected = samples::values(&pixels, &x, &y);
+                let inside = samples::contains(&pixels, &x, &y);
+                for level in Level::available() {
+                    assert_eq!(contains(level, &pixels, &x, &y), inside, "{level}, {x:?}, {y:?}");
+                    assert_eq!(
+                        values(level, &pixels, &x, &y),
+                        expected,
+                        "{level}, step {step}, {x:?}, {y:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_level_finds_the_scalar_crossings() {
+        let mut random = Random(29);
+        let mut side = || std::array::from_fn(|_| (f32::from(random.byte()) - 128.0) / 8.0);
+        for round in 0..500 {
+            let places: [Sides; 4] = std::array::from_fn(|_| [side(), side()]);
+            let found = |level: Option<Level>| {
+                let mut crossings = Crossings {
+                    shifts: [f32::NAN; LANES],
+                    is_open: std::array::from_fn(|i| (i != 3) as u8 as f32),
+                };
+                let mut open = Vec::new();
+                for k in 1..places.len() {
+                    let (before, now) = (&places[k - 1], &places[k]);
+                    open.push(match level {
+                        Some(level) => look(level, &mut crossings, k as f32, 0.4, before, now),
+                        None => crossings.look(k as f32, 0.4, before, now),
+                    });
+                }
+                (crossings.shifts.map(f32::to_bits), crossings.is_open, open)
+            };
+            for level in Level::available() {
+                assert_eq!(found(Some(level)), found(None), "{level}, round {round}");
             }
         }
     }

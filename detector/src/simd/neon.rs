@@ -5,6 +5,7 @@ use std::arch::aarch64::*;
 
 use super::TILE;
 use super::blocks::{Blocks, word_of};
+use super::samples::{Crossings, LANES, Pixels, RIM, Sides};
 
 #[target_feature(enable = "neon")]
 fn load(bytes: &[u8], at: usize) -> uint8x16_t {
@@ -88,11 +89,11 @@ pub(super) fn threshold_row(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &
         let (pixels, cuts) = (load_dealt(row, at), load_dealt(cuts, at));
         let (a, b) = (vcgeq_u8(pixels.0, cuts.0), vcgeq_u8(pixels.1, cuts.1));
         let (c, d) = (vcgeq_u8(pixels.2, cuts.2), vcgeq_u8(pixels.3, cuts.3));
-        let (sure_a, sure_b) = (vtstq_u8(cuts.0, cuts.0), vtstq_u8(cuts.1, cuts.1));
-        let (sure_c, sure_d) = (vtstq_u8(cuts.2, cuts.2), vtstq_u8(cuts.3, cuts.3));
+        let (sure_a, sure_b) = (vandq_u8(a, vtstq_u8(cuts.0, cuts.0)), vandq_u8(b, vtstq_u8(cuts.1, cuts.1)));
+        let (sure_c, sure_d) = (vandq_u8(c, vtstq_u8(cuts.2, cuts.2)), vandq_u8(d, vtstq_u8(cuts.3, cuts.3)));
         let (word, known) = word_of(at);
         dark[word] = !packed(a, b, c, d) >> known;
-        bright[word] = (packed(a, b, c, d) & packed(sure_a, sure_b, sure_c, sure_d)) >> known;
+        bright[word] = packed(sure_a, sure_b, sure_c, sure_d) >> known;
     }
     blocks.end
 }
@@ -172,4 +173,165 @@ pub(super) fn pair_minima(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
         store(vpminq_u8(low, high), out, i * 16);
     }
     blocks * 16
+}
+
+/// Numbers that are written at once, as the scalar twin does.
+const COLUMNS: usize = 8;
+
+#[target_feature(enable = "neon")]
+pub(super) fn columns(words: &[u64], out: &mut [u16]) -> usize {
+    let mut count = 0;
+    for (base, word) in (0..).step_by(64).zip(words) {
+        if *word == 0 {
+            continue;
+        }
+        let base = vdupq_n_u16(base);
+        let end = count + word.count_ones() as usize;
+        // There is an instruction that counts leading zeros, but none for trailing ones.
+        let mut bits = word.reverse_bits();
+        while count < end {
+            let mut numbers = 0;
+            for i in 0..COLUMNS {
+                let number = bits.leading_zeros();
+                numbers |= u64::from(number) << (8 * i);
+                // Where no bit is left this clears none, and the number is not used.
+                bits &= !(1 << 63 >> (number % 64));
+            }
+            store_u16(vaddw_u8(base, vcreate_u8(numbers)), out, count);
+            count += COLUMNS;
+        }
+        count = end;
+    }
+    count
+}
+
+#[target_feature(enable = "neon")]
+fn store_u16(v: uint16x8_t, to: &mut [u16], at: usize) {
+    let chunk = &mut to[at..at + 8];
+    // SAFETY: `chunk` has just been checked to hold the 8 numbers that are written; the store takes any alignment.
+    unsafe { vst1q_u16(chunk.as_mut_ptr(), v) }
+}
+
+#[target_feature(enable = "neon")]
+fn load_f32(values: &[f32; LANES], at: usize) -> float32x4_t {
+    let chunk = &values[at..at + 4];
+    // SAFETY: `chunk` has just been checked to hold the 4 values that are read; the load takes any alignment.
+    unsafe { vld1q_f32(chunk.as_ptr()) }
+}
+
+#[target_feature(enable = "neon")]
+fn store_f32(v: float32x4_t, to: &mut [f32; LANES], at: usize) {
+    let chunk = &mut to[at..at + 4];
+    // SAFETY: `chunk` has just been checked to hold the 4 values that are written; the store takes any alignment.
+    unsafe { vst1q_f32(chunk.as_mut_ptr(), v) }
+}
+
+#[target_feature(enable = "neon")]
+pub(super) fn contains(pixels: &Pixels, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+    let mut contains = [0.0; LANES];
+    for at in [0, 4] {
+        let is_inside = vandq_u32(
+            is_between(load_f32(x, at), pixels.last[0]),
+            is_between(load_f32(y, at), pixels.last[1]),
+        );
+        let one = vreinterpretq_u32_f32(vdupq_n_f32(1.0));
+        store_f32(vreinterpretq_f32_u32(vandq_u32(is_inside, one)), &mut contains, at);
+    }
+    contains
+}
+
+/// Whether coordinates lie between the first pixel's centre and the last one's.
+#[target_feature(enable = "neon")]
+fn is_between(v: float32x4_t, last: f32) -> uint32x4_t {
+    let from_centre = vsubq_f32(v, vdupq_n_f32(0.5));
+    vandq_u32(vcgezq_f32(from_centre), vcltq_f32(from_centre, vdupq_n_f32(last)))
+}
+
+/// `last_square` is that of `pixels`.
+#[target_feature(enable = "neon")]
+pub(super) fn values(pixels: &Pixels, last_square: u32, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+    let mut values = [0.0; LANES];
+    for at in [0, 4] {
+        let (x, y) = (inside(load_f32(x, at), pixels.last[0]), inside(load_f32(y, at), pixels.last[1]));
+        let (columns, rows) = (vcvtq_u32_f32(x), vcvtq_u32_f32(y));
+        let (right, down) = (vsubq_f32(x, vcvtq_f32_u32(columns)), vsubq_f32(y, vcvtq_f32_u32(rows)));
+        let places = vmlaq_n_u32(vmulq_n_u32(rows, pixels.stride as u32), columns, pixels.step as u32);
+        // They never are behind it; what is read without a check has to be certain of that.
+        let squares = squares(pixels, vminq_u32(places, vdupq_n_u32(last_square)));
+        let upper = between(squares, right);
+        let lower = between(vshrq_n_u32::<16>(squares), right);
+        store_f32(vaddq_f32(upper, vmulq_f32(vsubq_f32(lower, upper), down)), &mut values, at);
+    }
+    values
+}
+
+/// Coordinates from the first pixel's centre, kept inside of the frame.
+#[target_feature(enable = "neon")]
+fn inside(v: float32x4_t, last: f32) -> float32x4_t {
+    let from_centre = vsubq_f32(v, vdupq_n_f32(0.5));
+    vminnmq_f32(vmaxnmq_f32(from_centre, vdupq_n_f32(0.0)), vdupq_n_f32(last - RIM))
+}
+
+/// The values `share` of the way from the lowest bytes to the second ones.
+#[target_feature(enable = "neon")]
+fn between(pairs: uint32x4_t, share: float32x4_t) -> float32x4_t {
+    let byte = vdupq_n_u32(0xff);
+    let left = vcvtq_f32_u32(vandq_u32(pairs, byte));
+    let right = vcvtq_f32_u32(vandq_u32(vshrq_n_u32::<8>(pairs), byte));
+    vaddq_f32(left, vmulq_f32(vsubq_f32(right, left), share))
+}
+
+/// Squares of pixels, a byte each. No place is behind the last square's.
+#[target_feature(enable = "neon")]
+fn squares(pixels: &Pixels, places: uint32x4_t) -> uint32x4_t {
+    let places = [
+        vgetq_lane_u32::<0>(places),
+        vgetq_lane_u32::<1>(places),
+        vgetq_lane_u32::<2>(places),
+        vgetq_lane_u32::<3>(places),
+    ];
+    let mut squares = [0; 4];
+    for i in 0..4 {
+        let place = places[i] as usize;
+        // Two bytes side by side are read at once.
+        squares[i] = match pixels.step {
+            1 => pair(pixels, place, 1) | pair(pixels, place + pixels.stride, 1) << 16,
+            step => pair(pixels, place, step) | pair(pixels, place + pixels.stride, step) << 16,
+        };
+    }
+    // SAFETY: the list holds the four numbers that are read; the load takes any alignment.
+    unsafe { vld1q_u32(squares.as_ptr()) }
+}
+
+/// A pixel and the one on its right, `step` bytes further: of a square that is not behind the last one.
+#[target_feature(enable = "neon")]
+fn pair(pixels: &Pixels, place: usize, step: usize) -> u32 {
+    // SAFETY: squares that are not behind the last one end inside of the bytes (Pixels::last_square), and so do both their rows.
+    let pair = unsafe { pixels.bytes.get_unchecked(place..place + step + 1) };
+    u32::from(pair[0]) | u32::from(pair[step]) << 8
+}
+
+#[target_feature(enable = "neon")]
+pub(super) fn look(crossings: &mut Crossings, k: f32, step: f32, before: &Sides, now: &Sides) -> bool {
+    let (k, far) = (vdupq_n_f32(k), vdupq_n_f32(f32::MAX));
+    let mut any_open = 0.0f32;
+    for at in [0, 4] {
+        let (outer, inner) = (load_f32(&before[0], at), load_f32(&before[1], at));
+        let (next_outer, next_inner) = (load_f32(&now[0], at), load_f32(&now[1], at));
+        let rises_outside = vandq_u32(vclezq_f32(outer), vcgtzq_f32(next_outer));
+        let rises_inside = vandq_u32(vclezq_f32(next_inner), vcgtzq_f32(inner));
+        let out = vdivq_f32(next_outer, vsubq_f32(next_outer, outer));
+        let within = vdivq_f32(next_inner, vsubq_f32(next_inner, inner));
+        let outwards = vbslq_f32(rises_outside, vsubq_f32(k, out), far);
+        let inwards = vbslq_f32(rises_inside, vsubq_f32(k, within), far);
+        let nearest = vbslq_f32(vcltq_f32(inwards, outwards), vnegq_f32(inwards), outwards);
+        let is_open = load_f32(&crossings.is_open, at);
+        let is_found = vandq_u32(vcgtzq_f32(is_open), vorrq_u32(rises_outside, rises_inside));
+        let shifts = vbslq_f32(is_found, vmulq_n_f32(nearest, step), load_f32(&crossings.shifts, at));
+        let is_open = vbslq_f32(is_found, vdupq_n_f32(0.0), is_open);
+        store_f32(shifts, &mut crossings.shifts, at);
+        store_f32(is_open, &mut crossings.is_open, at);
+        any_open += vmaxvq_f32(is_open);
+    }
+    any_open > 0.0
 }
