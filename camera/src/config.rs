@@ -31,8 +31,8 @@ pub enum Source {
     Replay(PathBuf),
     /// A Video4Linux device: `v4l:/dev/video0`, or its path or id (`v4l:/dev/v4l/by-id/...`).
     V4l(PathBuf),
-    /// A camera on the Raspberry Pi's ribbon connector: `rpicam`.
-    Rpicam,
+    /// A camera on the Raspberry Pi's ribbon connector: `rpicam`, or `rpicam:/path/of/a/program` that takes the options of rpicam-vid.
+    Rpicam(Option<PathBuf>),
 }
 
 impl FromStr for Source {
@@ -42,10 +42,11 @@ impl FromStr for Source {
         let unknown = || SourceTextError(text.to_string());
         match text.split_once(':') {
             None if text == "scene" => Ok(Source::Scene { seed: DEFAULT_SEED }),
-            None if text == "rpicam" => Ok(Source::Rpicam),
+            None if text == "rpicam" => Ok(Source::Rpicam(None)),
             Some(("scene", seed)) => seed.parse().map(|seed| Source::Scene { seed }).map_err(|_| unknown()),
             Some(("replay", path)) if !path.is_empty() => Ok(Source::Replay(path.into())),
             Some(("v4l", path)) if !path.is_empty() => Ok(Source::V4l(path.into())),
+            Some(("rpicam", path)) if path.starts_with('/') => Ok(Source::Rpicam(Some(path.into()))),
             _ => Err(unknown()),
         }
     }
@@ -59,7 +60,8 @@ impl fmt::Display for Source {
             Self::Scene { seed } => write!(f, "scene:{seed}"),
             Self::Replay(path) => write!(f, "replay:{}", path.display()),
             Self::V4l(path) => write!(f, "v4l:{}", path.display()),
-            Self::Rpicam => f.write_str("rpicam"),
+            Self::Rpicam(None) => f.write_str("rpicam"),
+            Self::Rpicam(Some(program)) => write!(f, "rpicam:{}", program.display()),
         }
     }
 }
@@ -155,7 +157,7 @@ pub struct SourceOptions {
     pub height: Option<u32>,
     /// The format of a device's frames, or of a raw file; naming one makes a replayed file a raw file.
     pub format: Option<Fourcc>,
-    /// Controls of a device, set whenever it is opened. Other sources have none.
+    /// Controls of a device, set whenever it is opened; of `rpicam` further options of the program. Other sources have none.
     pub controls: ControlSettings,
     /// How fast frames follow each other.
     pub pace: Pace,
@@ -182,7 +184,14 @@ mod tests {
 
     #[test]
     fn a_source_is_read_back_from_what_it_prints() {
-        let texts = ["scene", "scene:7", "replay:/a b/c:d", "v4l:/dev/v4l/by-id/usb-x:y", "rpicam"];
+        let texts = [
+            "scene",
+            "scene:7",
+            "replay:/a b/c:d",
+            "v4l:/dev/v4l/by-id/usb-x:y",
+            "rpicam",
+            "rpicam:/usr/bin/x",
+        ];
         for text in texts {
             assert_eq!(text.parse::<Source>().unwrap().to_string(), text);
         }

@@ -207,8 +207,8 @@ pub fn advice(devices: &[DeviceInfo]) -> Vec<String> {
     }
     if devices.is_empty() || devices.iter().any(is_ribbon_node) {
         advice.push(
-            "cameras on the Raspberry Pi's ribbon connector do not work as video devices: they need rpicam \
-             (`rpicam-hello --list-cameras`)"
+            "cameras on the Raspberry Pi's ribbon connector do not work as video devices: use --source rpicam \
+             (`rpicam-hello --list-cameras` shows whether the camera is found)"
                 .to_string(),
         );
     }

@@ -6,7 +6,8 @@
 //! folder  ── JPEG decoded (others copied) ───┼──▶ loan ───┤
 //! MJPEG, AVI ── luma decoded ────────────────┤  (shared   └─▶ frames topic ──▶ whoever subscribes
 //! raw file ── read by the kernel ────────────┤   memory)      info topic: mode and state
-//! device ──── written by its driver ─────────┘
+//! device ──── written by its driver ─────────┤
+//! rpicam ──── read from a program's pipe ────┘
 //! ```
 //!
 //! "Copies" in a frame's header are passes that this process made over the frame after it existed in memory: 0 for
@@ -57,6 +58,8 @@ mod synthetic;
 mod device;
 pub use device::Transfer;
 pub mod devices;
+mod readiness;
+mod rpicam;
 
 mod pace;
 

@@ -92,7 +92,6 @@ impl<'a> Outlet<'a> {
     }
 
     /// Memory for a driver's queue. That there is none at the moment is no loss yet: the driver has other memory.
-    #[cfg(feature = "v4l")]
     pub(crate) fn lendable(&self) -> Option<Loan> {
         self.publisher.loan().ok().or_else(|| {
             self.publisher.clean_up_dead();

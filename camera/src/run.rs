@@ -24,6 +24,7 @@ use crate::format::FrameShape;
 use crate::outlet::{Offer, Outlet};
 use crate::pace::Pacer;
 use crate::publish::Moment;
+use crate::rpicam;
 use crate::source::{self, Damage, FrameError, FrameSource, OpenError};
 use crate::space::{Space, SpaceError};
 
@@ -237,6 +238,7 @@ pub fn run_reporting(
 ) -> Result<Summary, CameraError> {
     let ended = match &config.source {
         Source::V4l(path) => device::publish(&config, path, &stop, report),
+        Source::Rpicam(program) => rpicam::publish(&config, program.as_deref(), &stop, report),
         _ => publish(&config, &stop, report),
     };
     match ended {

@@ -236,11 +236,9 @@ pub fn open(
             Ok(Box::new(FolderSource::open(path, options.repeat, damage)?))
         }
         Source::Replay(path) => open_file(path, options),
-        Source::V4l(_) => Err(OpenError::NotAvailable("a device is not asked for frames: it delivers them")),
-        Source::Rpicam => Err(OpenError::NotAvailable(
-            "rpicam: cameras on the Raspberry Pi's ribbon connector are not part of this version; record with \
-             `rpicam-vid --codec mjpeg -o FILE` and use replay:FILE",
-        )),
+        Source::V4l(_) | Source::Rpicam(_) => {
+            Err(OpenError::NotAvailable("a device is not asked for frames: it delivers them"))
+        }
     }
 }
 
@@ -343,7 +341,6 @@ mod tests {
             (format!("replay:{one_pixel}"), &none, "frame of 1x1 pixels"),
             ("scene".to_string(), &sized(16_385, 480, None), "frame of 16385x480 pixels"),
             ("scene".to_string(), &sized(640, 480, Some(NV12)), "scene: makes GREY frames, not NV12"),
-            ("rpicam".to_string(), &none, "not part of this version"),
         ];
         for (source, options, expected) in cases {
             let refused = refusal(&source, options);

@@ -1,116 +1,17 @@
 //! Cameras on a bus of their own, seen by a subscriber.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on says where")]
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, channel};
-use std::thread;
-use std::time::Duration;
 
-use iceoryx2::prelude::ipc;
-use tagbus_camera::{
-    CameraConfig, CameraError, CameraEvent, Ending, Pace, Repeat, Source, SourceOptions, Summary,
-};
-use tagbus_message::bus::{Bus, BusError, Patience};
-use tagbus_message::domain::Domain;
+use common::{Ground, WATCHDOG, receive};
+use tagbus_camera::{CameraError, CameraEvent, Ending, Pace, Repeat, Source, SourceOptions};
+use tagbus_message::bus::{BusError, Patience};
 use tagbus_message::frame::{CaptureKind, FrameHeader, NV12};
 use tagbus_message::info::CameraState;
-use tagbus_message::ports::FramesIn;
-use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
 use tagbus_scene::{Scene, SceneConfig};
-
-/// Long enough for any machine: only a hanging test gets there.
-const WATCHDOG: Duration = Duration::from_secs(60);
-
-/// A domain and a folder of the test's own; that the domain was left clean is checked at the end.
-struct Ground {
-    domain: Domain,
-    folder: PathBuf,
-}
-
-impl Ground {
-    fn new() -> Ground {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let name = format!("c{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let folder = std::env::temp_dir().join(format!("tagbus-camera-{name}"));
-        fs::create_dir_all(&folder).unwrap();
-        let root = std::env::temp_dir().join(format!("tb-{name}"));
-        Ground { domain: Domain::with_root(&name, root).unwrap(), folder }
-    }
-
-    fn file(&self, name: &str, content: &[u8]) -> PathBuf {
-        fs::write(self.folder.join(name), content).unwrap();
-        self.folder.join(name)
-    }
-
-    fn camera(&self, source: Source, options: SourceOptions) -> RunningCamera {
-        let config = CameraConfig { domain: self.domain.clone(), camera: "cam0".into(), source, options };
-        RunningCamera::start(config)
-    }
-
-    fn bus(&self) -> Bus<ipc::Service> {
-        Bus::start(&self.domain, "viewer", &Stop::new().unwrap()).unwrap()
-    }
-}
-
-impl Drop for Ground {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.folder);
-        if !thread::panicking() {
-            assert_eq!(self.domain.leftovers().unwrap(), Vec::<String>::new());
-            assert!(!self.domain.root().exists(), "the root is still there");
-        }
-    }
-}
-
-/// A camera in a thread of its own.
-struct RunningCamera {
-    stop: Stop,
-    outcome: Receiver<Result<Summary, CameraError>>,
-    events: Receiver<CameraEvent>,
-}
-
-impl RunningCamera {
-    fn start(config: CameraConfig) -> RunningCamera {
-        let stop = Stop::new().unwrap();
-        let (tell_outcome, outcome) = channel();
-        let (tell_event, events) = channel();
-        let camera_stop = stop.clone();
-        thread::spawn(move || {
-            let mut report = |event| drop(tell_event.send(event));
-            drop(tell_outcome.send(tagbus_camera::run_reporting(config, camera_stop, &mut report)));
-        });
-        RunningCamera { stop, outcome, events }
-    }
-
-    fn end(&self) -> Result<Summary, CameraError> {
-        self.outcome.recv_timeout(WATCHDOG).expect("the camera ends")
-    }
-
-    fn stop(&self) -> Summary {
-        self.stop.trigger();
-        self.end().unwrap()
-    }
-}
-
-/// Waits for the next frame; the answer is a copy of its checked header and of its picture.
-fn receive(frames: &FramesIn<ipc::Service>) -> (FrameHeader, Vec<u8>) {
-    let stop = Stop::new().unwrap();
-    let set = wait_set().unwrap();
-    let waiter = Waiter::new(&set, &stop, Some(frames.listener())).unwrap();
-    loop {
-        if let Some(sample) = frames.receive().unwrap() {
-            let header = *sample.user_header();
-            header.validate(sample.payload().len()).unwrap();
-            let picture = &sample.payload()[header.data_offset as usize..];
-            assert_eq!(picture.as_ptr().addr() % 64, 0, "aligned for the reader too");
-            return (header, picture[..header.bytes_used as usize].to_vec());
-        }
-        assert_ne!(waiter.wait(WATCHDOG).unwrap(), Wake::TimedOut, "no frame came");
-    }
-}
 
 fn pgm(folder: &Ground, name: &str, value: u8, width: usize, height: usize) -> PathBuf {
     let pixels = vec![value; width * height];

@@ -59,7 +59,7 @@ pub(crate) struct CameraFlags {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Source")]
 pub(crate) struct SourceFlags {
-    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) or v4l:/dev/videoN (or its path or id in /dev/v4l)
+    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) v4l:/dev/videoN (or its path or id in /dev/v4l), or rpicam
     #[arg(long, value_name = "SOURCE", default_value = "scene")]
     #[serde(with = "text")]
     source: Source,
@@ -80,7 +80,7 @@ pub(crate) struct SourceFlags {
     #[arg(long, value_name = "FOURCC")]
     #[serde(default, with = "text::optional")]
     format: Option<FormatName>,
-    /// Controls of a device, set whenever it is opened: gain=50,auto_exposure=manual_mode,... (--list names them)
+    /// Controls of a device, set whenever it is opened: gain=50,auto_exposure=manual_mode,... (--list names them); of rpicam its options: shutter=5000,gain=4
     #[arg(long, value_name = "NAME=VALUE,...", default_value = "")]
     #[serde(with = "text")]
     control: ControlSettings,

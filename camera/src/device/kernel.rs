@@ -20,12 +20,12 @@ use std::path::Path;
 use std::ptr;
 use std::slice;
 
-use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased, SynchronousMultiplexing};
 use tagbus_message::frame::{Fourcc, MAX_PLANES};
 use v4l::v4l_sys as sys;
 use v4l::v4l2::{self, vidioc};
 
 use crate::loan::Loan;
+use crate::readiness::Readiness;
 
 /// Planes that the kernel's interface allows a frame; a buffer's description always has room for all of them.
 const KERNEL_PLANES: usize = sys::VIDEO_MAX_PLANES as usize;
@@ -211,18 +211,6 @@ pub(super) struct Port {
     planes: Planes,
 }
 
-/// Wakes a wait set when a device has something; to be dropped before the device.
-#[derive(Debug)]
-pub(super) struct Readiness(FileDescriptor);
-
-impl FileDescriptorBased for Readiness {
-    fn file_descriptor(&self) -> &FileDescriptor {
-        &self.0
-    }
-}
-
-impl SynchronousMultiplexing for Readiness {}
-
 impl Port {
     /// Opens a device for reading and writing; no call on it waits.
     pub(super) fn open(path: &Path) -> io::Result<Port> {
@@ -233,8 +221,7 @@ impl Port {
 
     /// What wakes a wait set when a frame is filled or the device has gone.
     pub(super) fn readiness(&self) -> io::Result<Readiness> {
-        let descriptor = FileDescriptor::non_owning_new(self.file.as_raw_fd());
-        descriptor.map(Readiness).ok_or_else(|| io::Error::other("an open file has no valid descriptor"))
+        Readiness::of(&self.file)
     }
 
     /// What the device is. From here on formats and buffers are described its way.

@@ -20,6 +20,8 @@ pub enum Transfer {
         /// Why the driver does not write into shared memory.
         reason: String,
     },
+    /// A program writes into a pipe, from which each frame is read into shared memory: one copy.
+    Piped,
 }
 
 impl fmt::Display for Transfer {
@@ -30,6 +32,7 @@ impl fmt::Display for Transfer {
                 "0 copies: the driver writes into shared memory (USERPTR, {numbers} numbers for {} pieces of memory)",
                 FRAMES.chunks()
             ),
+            Self::Piped => f.write_str("1 copy: read from the program's pipe"),
             Self::Mapped { buffers, reason } => {
                 write!(f, "1 copy: from {buffers} buffers of the driver (MMAP), because {reason}")
             }
