@@ -1,5 +1,7 @@
 //! Four points of an outline that can be the corners of a quad.
 
+use std::ops::{Add, Mul, Sub};
+
 use super::outline::Outline;
 use super::rules::area_tolerance;
 
@@ -10,9 +12,49 @@ use super::rules::area_tolerance;
 /// trapezoids have neighbouring corners farthest apart; then the fourth lies outside one of the triangle's other sides.
 #[inline(always)]
 pub(super) fn extreme_points(outline: &Outline) -> Option<[usize; 4]> {
-    let first = farthest_from(outline, outline.middle);
-    let second = farthest_from(outline, outline.point(first));
-    let (left, right) = extremes_beside(outline, first, second);
+    let [width, height] = outline.size;
+    if width + height < SMALL { extreme_points_in::<i32>(outline) } else { extreme_points_in::<i64>(outline) }
+}
+
+/// Width and height together of the boxes below which numbers of 32 bits are enough, twice as many of which fit in a vector: most
+/// components are so small. Doubled coordinates differ by less than 256 then, sums of two products of such differences stay
+/// below 2^17, and there are less than 256 points.
+const SMALL: usize = 128;
+
+/// Whole numbers of which products of coordinates and an index take a part each.
+trait Wide:
+    Copy + Ord + From<i32> + Into<i64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
+    /// Bits of an index.
+    const INDEX: u32;
+
+    /// Value and index in one number, so that the largest value is found by a plain maximum, which vectorises.
+    fn packed(self, index: usize) -> Self;
+}
+
+impl Wide for i32 {
+    const INDEX: u32 = 8;
+
+    #[inline(always)]
+    fn packed(self, index: usize) -> Self {
+        self << Self::INDEX | index as i32
+    }
+}
+
+impl Wide for i64 {
+    const INDEX: u32 = 16;
+
+    #[inline(always)]
+    fn packed(self, index: usize) -> Self {
+        self << Self::INDEX | index as i64
+    }
+}
+
+#[inline(always)]
+fn extreme_points_in<T: Wide>(outline: &Outline) -> Option<[usize; 4]> {
+    let first = farthest_from::<T>(outline, outline.middle);
+    let second = farthest_from::<T>(outline, outline.point(first));
+    let (left, right) = extremes_beside::<T>(outline, first, second);
     let (apex, opposite) = if left.distance > right.distance { (left, right) } else { (right, left) };
     if apex.distance == 0 {
         return None;
@@ -22,7 +64,7 @@ pub(super) fn extreme_points(outline: &Outline) -> Option<[usize; 4]> {
     }
     let on_left = left.distance > right.distance;
     let outside = |from, to| {
-        let (left, right) = extremes_beside(outline, from, to);
+        let (left, right) = extremes_beside::<T>(outline, from, to);
         // Walking along the triangle with its third corner on the other hand, the outside is on the apex's hand.
         if on_left { left } else { right }
     };
@@ -66,35 +108,34 @@ fn holds_area(outline: &Outline, eightfold: i64) -> bool {
     (outline.area - eightfold as f32 / 8.0).abs() <= area_tolerance(outline.area, width, height)
 }
 
-/// Value and index in one number, so that the largest value is found by a plain maximum, which vectorises.
 #[inline(always)]
-fn packed(value: i64, index: usize) -> i64 {
-    value << 16 | index as i64
-}
-
-#[inline(always)]
-fn farthest_from(outline: &Outline, [x, y]: [i32; 2]) -> usize {
-    let mut best = -1;
+fn farthest_from<T: Wide>(outline: &Outline, [x, y]: [i32; 2]) -> usize {
+    let mut best = T::from(-1);
     for (index, (px, py)) in outline.xs.iter().zip(&outline.ys).enumerate() {
-        let (dx, dy) = (i64::from(px - x), i64::from(py - y));
-        best = best.max(packed(dx * dx + dy * dy, index));
+        let (dx, dy) = (T::from(px - x), T::from(py - y));
+        best = best.max((dx * dx + dy * dy).packed(index));
     }
-    (best & 0xffff) as usize
+    unpacked(best).index
 }
 
 /// The points farthest to the left and to the right of the line from one point to another, as seen with y up.
 #[inline(always)]
-fn extremes_beside(outline: &Outline, from: usize, to: usize) -> (Beside, Beside) {
+fn extremes_beside<T: Wide>(outline: &Outline, from: usize, to: usize) -> (Beside, Beside) {
     let ([ax, ay], [bx, by]) = (outline.point(from), outline.point(to));
-    let (dx, dy) = (i64::from(bx - ax), i64::from(by - ay));
-    let (mut left, mut right) = (0, 0);
+    let (dx, dy) = (T::from(bx - ax), T::from(by - ay));
+    let (mut left, mut right) = (T::from(0), T::from(0));
     for (index, (px, py)) in outline.xs.iter().zip(&outline.ys).enumerate() {
-        let cross = dx * i64::from(py - ay) - dy * i64::from(px - ax);
-        left = left.max(packed(cross, index));
-        right = right.max(packed(-cross, index));
+        let cross = dx * T::from(py - ay) - dy * T::from(px - ax);
+        left = left.max(cross.packed(index));
+        right = right.max((T::from(0) - cross).packed(index));
     }
-    let unpack = |packed: i64| Beside { distance: packed >> 16, index: (packed & 0xffff) as usize };
-    (unpack(left), unpack(right))
+    (unpacked(left), unpacked(right))
+}
+
+#[inline(always)]
+fn unpacked<T: Wide>(packed: T) -> Beside {
+    let packed: i64 = packed.into();
+    Beside { distance: packed >> T::INDEX, index: (packed & ((1 << T::INDEX) - 1)) as usize }
 }
 
 #[cfg(test)]
@@ -158,5 +199,36 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn small_outlines_have_the_same_corners_in_short_numbers() {
+        let (mut found, mut state) = (0, 7_u64);
+        for _ in 0..4000 {
+            let mut up_to = |most: u64| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) % most
+            };
+            let (width, height) = (1 + up_to(124), 1 + up_to(2));
+            let [width, height] = if up_to(2) == 0 { [width, height] } else { [height, width] };
+            let [left, top] = [up_to(16_000), up_to(16_000)].map(|v| v as f64);
+            let [w, h] = [width, height].map(|v| v as f64 + 0.6);
+            let mut share = || up_to(1000) as f64 / 1000.0;
+            let corners = [
+                [left + w * share(), top],
+                [left + w, top + h * share()],
+                [left + w * share(), top + h],
+                [left, top + h * share()],
+            ];
+            let outline = outline_of(corners);
+            if outline.xs.len() < 2 {
+                continue;
+            }
+            assert!(outline.size[0] + outline.size[1] < SMALL, "{corners:?}");
+            let four = extreme_points_in::<i64>(&outline);
+            assert_eq!(extreme_points_in::<i32>(&outline), four, "{corners:?}");
+            found += usize::from(four.is_some());
+        }
+        assert!(found > 1000, "only {found} outlines had corners");
     }
 }
