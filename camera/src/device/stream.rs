@@ -273,3 +273,87 @@ fn decode(decoder: &mut LumaDecoder, jpeg: &[u8], layout: &Layout, into: &mut [u
     let decoded = decoder.decode(&jpeg[..end], &walk, &mut into[..shape.bytes()]);
     decoded.map_err(|error| format!("damaged JPEG frame: {error}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tagbus_message::frame::{Fourcc, NV12};
+
+    use super::super::kernel::{DriverFormat, MemoryPlane};
+    use super::super::layout::layout;
+    use crate::format::FrameShape;
+    use image::ExtendedColorType;
+    use image::codecs::jpeg::JpegEncoder;
+
+    fn frame(bytes_used: &[u32]) -> Dequeued {
+        let mut all = [0; MAX_PLANES];
+        all[..bytes_used.len()].copy_from_slice(bytes_used);
+        Dequeued {
+            index: 0,
+            bytes_used: all,
+            damaged: false,
+            sequence: 0,
+            stamp_ns: 0,
+            monotonic: true,
+            start_of_exposure: false,
+        }
+    }
+
+    /// NV12 of 16x8 pixels with rows 20 bytes apart, each plane in a memory of its own.
+    fn apart() -> Layout {
+        let mut memories = [MemoryPlane::default(); MAX_PLANES];
+        memories[0] = MemoryPlane { stride: 20, bytes: 160 };
+        memories[1] = MemoryPlane { stride: 20, bytes: 80 };
+        let fourcc = Fourcc::new(*b"NM12");
+        let driver = DriverFormat { fourcc, width: 16, height: 8, progressive: true, count: 2, memories };
+        layout(NV12, &driver).unwrap()
+    }
+
+    #[test]
+    fn a_frame_is_whole_when_each_memory_is_filled_to_its_last_pixel_and_nothing_was_lost() {
+        let layout = apart();
+        assert_eq!(what_is_missing(&frame(&[156, 76]), &layout), None);
+        let cut = what_is_missing(&frame(&[156, 75]), &layout).unwrap();
+        assert!(cut.contains("75 of 76 bytes"), "{cut}");
+        let lost = what_is_missing(&Dequeued { damaged: true, ..frame(&[160, 80]) }, &layout).unwrap();
+        assert!(lost.contains("data was lost"), "{lost}");
+    }
+
+    #[test]
+    fn planes_are_copied_to_their_places_and_a_short_buffer_is_refused() {
+        let layout = apart();
+        let (luma, chroma) = ([7; 160], [9; 80]);
+        let mut into = vec![0; layout.shape.bytes()];
+        copy(&[&luma, &chroma], &layout, &mut into).unwrap();
+        let header = layout.shape.header();
+        let checked = header.validate(into.len()).unwrap();
+        assert!((0..8).all(|y| into[checked.offset + y * checked.row_stride..][..16] == [7; 16]));
+        assert_eq!(into[header.planes[1].offset as usize..][..76], [9; 76]);
+        assert!(copy(&[&luma, &chroma[..75]], &layout, &mut into).is_err());
+    }
+
+    #[test]
+    fn a_jpeg_frame_is_decoded_and_one_that_is_cut_or_of_another_size_is_refused() {
+        let mut jpeg = Vec::new();
+        let pixels: Vec<u8> = (0..64 * 48).map(|i| (i % 64 * 3) as u8).collect();
+        JpegEncoder::new(&mut jpeg).encode(&pixels, 64, 48, ExtendedColorType::L8).unwrap();
+        let of_size = |width, height| {
+            let shape = FrameShape::grey(width, height).unwrap();
+            Layout { shape, places: Vec::new(), needed: [0; MAX_PLANES] }
+        };
+        let mut decoder = LumaDecoder::default();
+        let mut luma = vec![0; 64 * 48];
+        // Drivers pad with zeros, and the frame ends before them.
+        let padded = [&jpeg[..], &[0; 100]].concat();
+        decode(&mut decoder, &padded, &of_size(64, 48), &mut luma).unwrap();
+        assert!(luma.iter().zip(&pixels).all(|(seen, painted)| seen.abs_diff(*painted) < 10));
+        let mut try_one = |jpeg: &[u8], layout: &Layout| decode(&mut decoder, jpeg, layout, &mut luma);
+        for cut in [0, 1, 20, jpeg.len() / 2, jpeg.len() - 1] {
+            assert!(try_one(&jpeg[..cut], &of_size(64, 48)).is_err(), "{cut}");
+        }
+        let other = try_one(&jpeg, &of_size(64, 40)).unwrap_err();
+        assert!(other.contains("64x40"), "{other}");
+        // Bytes of zeros, as of a frame that never arrived.
+        assert!(try_one(&[0; 4000], &of_size(64, 48)).is_err());
+    }
+}

@@ -3,6 +3,7 @@
 //! ```text
 //! host:   tagbus-vm scene   WxH FOLDER           numbered pictures and what is to be found in them
 //! guest:  tagbus-vm convert WxH FORMAT FOLDER    the same pictures as a driver's bytes, on the standard output
+//!         tagbus-vm prove   PROCESS TRACE        shows that a detector reads where the camera's driver wrote
 //!         tagbus-vm judge   WxH FOLDER ...       receives frames and detections, and holds both against the truth
 //! ```
 #![forbid(unsafe_code)]
@@ -11,13 +12,15 @@ mod convert;
 mod judge;
 mod number;
 mod pictures;
+mod place;
+mod proof;
 
 use std::process::ExitCode;
 
 /// What went wrong, in words.
 type Failure = Box<dyn std::error::Error>;
 
-const USAGE: &str = "usage: tagbus-vm scene WxH FOLDER | convert WxH FORMAT FOLDER | judge WxH FOLDER --copies N --same PERCENT --kind KIND --frames N --seconds N";
+const USAGE: &str = "usage: tagbus-vm scene WxH FOLDER | convert WxH FORMAT FOLDER | prove PROCESS TRACE | judge WxH FOLDER --copies N --same PERCENT --kind KIND --frames N --seconds N";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -25,6 +28,7 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["scene", size, folder] => pictures::paint(size, folder),
         ["convert", size, format, folder] => convert::play(size, format, folder),
+        ["prove", camera, trace] => proof::prove(camera, trace),
         ["judge", size, folder, options @ ..] => judge::judge(size, folder, options),
         _ => Err(USAGE.into()),
     };
