@@ -151,7 +151,7 @@ impl<'a> Outlet<'a> {
         self.info.state = state.code();
         self.info.updated_ns = clock::monotonic_ns();
         self.info.wall_offset_ns = clock::wall_offset_ns();
-        self.publisher.set_info_number(self.info.number);
+        self.publisher.set_info(&self.info);
         let _ = self.info_out.publish(&self.info);
     }
 

@@ -6,6 +6,7 @@ use iceoryx2::port::{LoanError, SendError};
 use iceoryx2::prelude::ipc;
 use tagbus_message::clock;
 use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
+use tagbus_message::info::CameraInfo;
 use tagbus_message::ports::FramesOut;
 
 use crate::format::FrameShape;
@@ -65,12 +66,13 @@ pub(crate) struct FramePublisher {
     shape: FrameShape,
     template: FrameHeader,
     next_sequence: u64,
+    exposure_ns: u64,
 }
 
 impl FramePublisher {
     pub(crate) fn new(frames: FramesOut<ipc::Service>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
         let template = largest.header();
-        FramePublisher { frames, epoch, largest, shape: largest, template, next_sequence: 0 }
+        FramePublisher { frames, epoch, largest, shape: largest, template, next_sequence: 0, exposure_ns: 0 }
     }
 
     /// Format and size of the largest frame.
@@ -84,9 +86,10 @@ impl FramePublisher {
         Loan::take(self.frames.publisher(), self.largest.bytes())
     }
 
-    /// From here on frames name this camera information.
-    pub(crate) fn set_info_number(&mut self, number: u32) {
-        self.epoch.info_number = number;
+    /// From here on this camera information applies.
+    pub(crate) fn set_info(&mut self, info: &CameraInfo) {
+        self.epoch.info_number = info.number;
+        self.exposure_ns = info.exposure_ns;
     }
 
     /// Sends a filled loan, then wakes whoever waits.
@@ -114,6 +117,7 @@ impl FramePublisher {
             dequeue_ns: moment.dequeue_ns,
             publish_ns: clock::monotonic_ns(),
             frame_time_ns: self.epoch.frame_time.as_nanos() as u64,
+            exposure_ns: self.exposure_ns,
             info_number: self.epoch.info_number,
             lost_in_driver: lost.in_driver.try_into().unwrap_or(u32::MAX),
             lost_damaged: lost.damaged.try_into().unwrap_or(u32::MAX),

@@ -169,7 +169,8 @@ impl DeviceCamera<'_> {
     fn begun(&mut self, said: Said, transfer: Transfer, stream: Stream) -> Stream {
         let Said { path, about, agreed, controls } = said;
         let exposure = controls::exposure(stream.port());
-        self.outlet.info.exposure_ns = exposure.time_ns;
+        // Devices that choose it themselves do not say what they chose.
+        self.outlet.info.exposure_ns = if exposure.is_automatic { 0 } else { exposure.time_ns };
         self.outlet.info.auto_exposure = exposure.is_automatic.into();
         self.outlet.tell(CameraEvent::Opened {
             device: format!("{} ({}, driver {})", path.display(), about.card, about.driver),
