@@ -4,8 +4,10 @@ use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::Duration;
 
 use crate::config::SourceOptions;
 use crate::format::FrameShape;
@@ -16,6 +18,9 @@ const NAMES: [&str; 2] = ["rpicam-vid", "libcamera-vid"];
 
 /// Room in the pipe: a frame of 800x600 fits, so that the program seldom waits and the camera seldom wakes for a part of one.
 const PIPE_BYTES: usize = 1 << 20;
+
+/// Waiting for the last words of a program that has ended.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// The program that is to be started.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,12 +59,12 @@ impl Program {
             return Err(io::Error::other("a child process without pipes"));
         };
         let last_words = Arc::new(Mutex::new(String::new()));
-        listen(errors, Arc::clone(&last_words));
+        let silence = listen(errors, Arc::clone(&last_words));
         let flags = rustix::fs::fcntl_getfl(&pipe)?;
         rustix::fs::fcntl_setfl(&pipe, flags | rustix::fs::OFlags::NONBLOCK)?;
         // Above the limit of an ordinary user the pipe stays as it is, which costs wake-ups only.
         let _ = rustix::pipe::fcntl_setpipe_size(&pipe, PIPE_BYTES);
-        Ok(Running { pipe, child, last_words })
+        Ok(Running { pipe, child, last_words, silence })
     }
 }
 
@@ -82,9 +87,11 @@ fn arguments(options: &SourceOptions, shape: FrameShape) -> Vec<OsString> {
     arguments
 }
 
-/// Keeps the last line that the program writes to its standard error, until that is closed.
-fn listen(errors: ChildStderr, last_words: Arc<Mutex<String>>) {
+/// Keeps the last line that the program writes to its standard error, until that is closed; then the answer's sender goes.
+fn listen(errors: ChildStderr, last_words: Arc<Mutex<String>>) -> Receiver<()> {
+    let (open, silence) = channel();
     thread::spawn(move || {
+        let _open = open;
         for line in BufReader::new(errors).split(b'\n') {
             let Ok(line) = line else { break };
             let line = String::from_utf8_lossy(&line).trim().to_string();
@@ -93,6 +100,7 @@ fn listen(errors: ChildStderr, last_words: Arc<Mutex<String>>) {
             }
         }
     });
+    silence
 }
 
 /// The program at work. Dropped, it is ended.
@@ -101,6 +109,8 @@ pub(super) struct Running {
     pipe: ChildStdout,
     child: Child,
     last_words: Arc<Mutex<String>>,
+    /// Disconnected when the program's standard error is closed and read to its end.
+    silence: Receiver<()>,
 }
 
 impl Running {
@@ -120,6 +130,8 @@ impl Running {
             Ok(status) => format!("it ended ({status})"),
             Err(error) => format!("it ended ({error})"),
         };
+        // What it said last may still be on its way. Children of its own could hold that open for ever.
+        let _ = self.silence.recv_timeout(LAST_WORDS);
         match self.last_words.lock().unwrap_or_else(PoisonError::into_inner).as_str() {
             "" => how,
             words => format!("{how}; its last words: {words}"),
