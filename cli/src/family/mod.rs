@@ -86,6 +86,7 @@ const GENERATE_EXAMPLES: &str = "Examples:
   tagbus family generate --layout standard:8 --distance 9 --output mine.toml
   tagbus family generate --layout-file cells.txt --distance 11 --codes 500 --resume mine.state --output mine.toml
   tagbus family generate --published tag36h11
+  tagbus family generate --published all
 
 Ctrl-C writes the codes found so far. With --resume the search goes on from there, and after kill -9 from a few seconds before.";
 

@@ -7,33 +7,28 @@ use std::thread;
 use std::time::{Duration, SystemTime};
 
 use rustix::process::{Pid, Signal, kill_process};
+use tagbus_family::Family;
 use tagbus_family::file::FamilyFile;
 
 use crate::families_of_others::{only_tag, picture_of};
 use crate::support::{Folder, Watchdog, complained, printed, tagbus};
 
-const HOLE: &str = "dddddddddd dbbbbbbbbd dbwwwwwwbd dbwddddwbd dbwdxxdwbd dbwdxxdwbd dbwddddwbd dbwwwwwwbd dbbbbbbbbd dddddddddd";
-/// Data on both sides of a border that has white outside.
-const BOTH_SIDES: &str = "xdddddx dwwwwwd dwbbbwd dwbdbwd dwbbbwd dwwwwwd xdddddx";
-
-fn generate(arguments: &[&str], output: &Path) -> Command {
+pub(crate) fn generate(arguments: &[&str], output: &Path) -> Command {
     let mut command = tagbus(["family", "generate"]);
     command.args(arguments).arg("--output").arg(output);
     command
 }
 
-fn family_of(file: &Path) -> FamilyFile {
+pub(crate) fn family_of(file: &Path) -> FamilyFile {
     FamilyFile::parse(&fs::read_to_string(file).unwrap()).unwrap()
 }
 
 #[test]
-fn families_of_any_layout_are_made_and_their_tags_found_without_a_new_build() {
+fn families_of_named_shapes_are_made_and_their_tags_found_without_a_new_build() {
     let _watchdog = Watchdog::of_seconds(300, "generating layouts");
     let folder = Folder::new();
     let (output, picture) = (folder.file("mine.toml"), folder.file("tag.png"));
-    for (layout, distance) in
-        [("classic:9", "9"), ("standard:7", "5"), ("circle:9", "7"), (HOLE, "15"), (BOTH_SIDES, "7")]
-    {
+    for (layout, distance) in [("classic:9", "9"), ("standard:7", "5"), ("circle:9", "7")] {
         let flags = [
             "--layout",
             layout,
@@ -69,6 +64,29 @@ fn published_families_are_made_again() {
         let told = printed(&mut generate(&["--published", name, "--force"], &output), 0);
         assert!(told.contains("exactly the published") && told.contains("which are all"), "{told}");
         assert!(family_of(&output).complete);
+    }
+}
+
+#[test]
+fn the_first_codes_of_all_published_families_are_made_again_in_a_table() {
+    let _watchdog = Watchdog::of_seconds(300, "all published families");
+    let all = |flags: &[&str]| {
+        let mut command = tagbus(["family", "generate", "--published", "all"]);
+        command.args(flags);
+        command
+    };
+    let told = printed(&mut all(&["--codes", "25"]), 0);
+    let rows: Vec<&str> = told.lines().skip(2).collect();
+    assert_eq!(rows.len(), Family::PUBLISHED.len(), "{told}");
+    for (row, name) in rows.iter().zip(Family::PUBLISHED) {
+        let count = Family::published(name).unwrap().codes().len();
+        let columns: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!(columns[..3], [name, "25", &count.to_string()], "{told}");
+        assert!(row.ends_with(&format!("exactly the first 25 of the published {count} codes")), "{row}");
+    }
+    for flag in ["--output", "--resume"] {
+        let complaint = complained(&mut all(&[flag, "a.toml"]), 2);
+        assert!(complaint.contains(flag) && complaint.contains("one family"), "{complaint}");
     }
 }
 

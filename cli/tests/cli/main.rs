@@ -9,6 +9,7 @@ mod command_line;
 mod families_of_others;
 mod generating;
 mod killing;
+mod own_families;
 mod pictures;
 mod printing;
 mod real_data;

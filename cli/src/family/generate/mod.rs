@@ -74,8 +74,8 @@ pub(crate) struct GenerateFlags {
     #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
         value_name = "BOOL", action = clap::ArgAction::Set)]
     force: bool,
-    /// Search a published family again and compare it, instead of a layout: its name
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["layout", "layout_file", "distance", "hamming", "threshold"])]
+    /// Search a published family again and compare it, instead of a layout: its name, or all
+    #[arg(long, value_name = "NAME|all", conflicts_with_all = ["layout", "layout_file", "distance", "hamming", "threshold"])]
     published: Option<String>,
     /// With --published: go on where the published search was stopped
     #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
