@@ -22,6 +22,7 @@ const EXAMPLES: &str = "Examples:
   tagbus-bench corners --family tagCustom48h12 --decimate 2
   tagbus-bench corners --gamma 2.2 --cell 5,6,7,8
   cargo run --release -p tagbus-bench --features peers -- cpu --record bench/record/cpu.md photo.jpg
+  tagbus-bench false-positives --images photos,boards --record bench/record
   tagbus-bench render textured --count 20 --out target/textured
   cargo run --release -p tagbus-bench --features peers -- sweep textured --count 10 --record bench/record";
 
@@ -32,6 +33,8 @@ pub(crate) enum Command {
     /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
     /// shifts them.
     Corners(CornersArguments),
+    /// Tables I and II of the paper: how often what is no tag is taken for one, by the metric that chose a family's codes.
+    FalsePositives(FalsePositivesArguments),
     /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
     Hostile(HostileArguments),
     /// All published families loaded at once: memory, time until ready, time of a look-up, agreement with brute force.
@@ -261,6 +264,27 @@ pub(crate) struct RecursiveArguments {
     /// Another seed gives other frames.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Folder for the page, the figures as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct FalsePositivesArguments {
+    /// Folders of pictures without tags. A `manifest.json` beside a folder may name pictures to be left out, by `families` or
+    /// `ignore_families` that they hold.
+    #[arg(long, required = true, value_delimiter = ',')]
+    pub(crate) images: Vec<PathBuf>,
+    /// What the names of pictures of one place or board begin with; such pictures count as one for the intervals. Every other
+    /// picture is a place of its own.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) same_place: Vec<String>,
+    /// Families of each line, each by a seed of its own.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub(crate) seeds: u32,
+    /// Threads of the search for families; the figures do not depend on it.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) threads: usize,
     /// Folder for the page, the figures as CSV and the plot.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,

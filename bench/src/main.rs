@@ -5,6 +5,7 @@ mod arguments;
 mod clock;
 mod compare;
 mod corners;
+mod false_positives;
 mod hostile;
 mod index;
 mod machine;
@@ -24,8 +25,9 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, Command, CornersArguments, CpuArguments, HostileArguments, IndexArguments, PaperArguments,
-    PhasesArguments, RecursiveArguments, RenderArguments, SweepArguments, ThreadsArguments,
+    Arguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments, HostileArguments,
+    IndexArguments, PaperArguments, PhasesArguments, RecursiveArguments, RenderArguments, SweepArguments,
+    ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Corners(arguments) => corners(&arguments),
+        Command::FalsePositives(arguments) => false_positives(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
         Command::Paper(arguments) => paper(&arguments),
         Command::Index(arguments) => index(&arguments),
@@ -93,6 +96,26 @@ fn corners(arguments: &CornersArguments) -> Result<(), Failure> {
         record::write_page(path, "Corner errors on rendered tags", &how, &table)?;
     }
     Ok(())
+}
+
+fn false_positives(arguments: &FalsePositivesArguments) -> Result<(), Failure> {
+    let FalsePositivesArguments { images, same_place, seeds, threads, record } = arguments;
+    let plan = false_positives::Plan {
+        folders: images.clone(),
+        same_place: same_place.clone(),
+        seeds: *seeds as usize,
+        threads: *threads,
+    };
+    let findings = false_positives::run(&plan)?;
+    let page = false_positives::page(&findings);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    false_positives::figure(&findings, &folder.join("false-positives.svg"))?;
+    std::fs::write(folder.join("false-positives.csv"), false_positives::csv(&findings))?;
+    let page = format!("[Against random bits](false-positives.svg)\n\n{page}");
+    let (path, title) = (folder.join("false-positives.md"), "False positives by complexity metric");
+    Ok(record::write_page(&path, title, &false_positives::how(&plan), &page)?)
 }
 
 fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! Which tag a quad shows (paper III-C 4 and III-D, figure 4 steps 7 and 8).
 
-use tagbus_family::Family;
+use tagbus_family::{Family, Layout};
 
 use crate::grey_model::{GreyModel, centre_of};
 use crate::homography::Homography;
@@ -36,19 +36,28 @@ impl Reader {
         corners: &[[f64; 2]; 4],
         family: &Family,
     ) -> Option<Reading> {
-        let map = Homography::of_corners(corners)?;
-        let values = self.values(picture, &map, family)?;
-        let code = values.iter().fold(0, |code, value| code << 1 | u64::from(*value > 0.0));
-        let nearest = nearest(family, code);
+        let values = self.values(picture, corners, family.layout())?;
+        let nearest = nearest(family, code_of(&values));
         let bearable = (family.distance() - 1) / 2;
         let margin = margin(&values);
         (nearest.hamming <= self.hamming.min(bearable)).then_some(Reading { margin, ..nearest })
     }
 
+    /// The code that the quad shows, whether or not any family has it; `None` as for [`Reader::read`], but for codes that
+    /// are none of the family.
+    pub(crate) fn read_code(
+        &self,
+        picture: &Picture,
+        corners: &[[f64; 2]; 4],
+        layout: &Layout,
+    ) -> Option<u64> {
+        self.values(picture, corners, layout).map(|values| code_of(&values))
+    }
+
     /// The value of each bit in the order of the code: grey levels above the threshold, sharpened.
-    fn values(&self, picture: &Picture, map: &Homography, family: &Family) -> Option<Vec<f64>> {
-        let layout = family.layout();
-        let model = GreyModel::read(picture, map, layout, self.sampling)?;
+    fn values(&self, picture: &Picture, corners: &[[f64; 2]; 4], layout: &Layout) -> Option<Vec<f64>> {
+        let map = Homography::of_corners(corners)?;
+        let model = GreyModel::read(picture, &map, layout, self.sampling)?;
         let width = layout.total_width();
         let place = |[x, y]: [i32; 2]| {
             let [x, y] = [x, y].map(|at| (at + layout.margin() as i32) as usize);
@@ -63,6 +72,10 @@ impl Reader {
         let square = sharpen(&square, width, self.sharpening);
         Some(layout.bits().iter().map(|cell| square[place(*cell)]).collect())
     }
+}
+
+fn code_of(values: &[f64]) -> u64 {
+    values.iter().fold(0, |code, value| code << 1 | u64::from(*value > 0.0))
 }
 
 /// The nearest code, never merely the first within reach: every tag of the family in every rotation is compared.

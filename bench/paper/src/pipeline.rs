@@ -113,6 +113,29 @@ impl Pipeline {
 
     /// As [`Pipeline::detect`]; `done` is called as each step ends.
     pub fn detect_observed(&self, picture: &Picture, mut done: impl FnMut(Phase)) -> Outcome {
+        let (quads, counts) = self.search(picture, &mut done);
+        let detections = self.decode(picture, &quads);
+        done(Phase::Decode);
+        Outcome { detections, counts }
+    }
+
+    /// What every quad shows, before any code is compared with those of a family: for each quad with a border of its
+    /// kind the place of the family in the list given to [`Pipeline::new`] and the code, as far as the quad lies in the
+    /// picture and is brighter where its border is white.
+    pub fn read_codes(&self, picture: &Picture) -> Vec<(usize, u64)> {
+        let (quads, _) = self.search(picture, &mut |_| {});
+        let reader = self.reader();
+        let codes = |quad: Quad| {
+            self.with_border(quad.border).filter_map(move |(place, family)| {
+                let code = reader.read_code(picture, &quad.corners, family.layout())?;
+                Some((place, code))
+            })
+        };
+        quads.iter().map(|quad| self.refined(picture, quad)).flat_map(codes).collect()
+    }
+
+    /// All steps up to the quads.
+    fn search(&self, picture: &Picture, done: &mut impl FnMut(Phase)) -> (Vec<Quad>, Counts) {
         let Options { decimation, filter, unions, sort_key, .. } = self.options;
         let small = decimate(picture, decimation, filter);
         done(Phase::Decimate);
@@ -127,15 +150,13 @@ impl Pipeline {
         done(Phase::Sort);
         let quads = self.quads(&outlines);
         done(Phase::Fit);
-        let detections = self.decode(picture, &quads);
-        done(Phase::Decode);
         let counts = Counts {
             unions: components.unions(),
             contours: contours.len(),
             points: outlines.iter().map(|outline| outline.points.len()).sum(),
             quads: quads.len(),
         };
-        Outcome { detections, counts }
+        (quads, counts)
     }
 
     /// The quads of the outlines whose border is that of some family.
@@ -157,20 +178,21 @@ impl Pipeline {
     }
 
     fn decode(&self, picture: &Picture, quads: &[Quad]) -> Vec<Detection> {
-        let refined = |quad: &Quad| match self.options.refinement {
+        let refined = quads.iter().map(|quad| self.refined(picture, quad));
+        keep_the_better(refined.flat_map(|quad| self.read(picture, quad)).collect())
+    }
+
+    fn refined(&self, picture: &Picture, quad: &Quad) -> Quad {
+        match self.options.refinement {
             Refinement::None => *quad,
             Refinement::Gradients => refine(picture, quad, self.options.decimation as f64),
-        };
-        let detections = quads.iter().map(refined).flat_map(|quad| self.read(picture, quad));
-        keep_the_better(detections.collect())
+        }
     }
 
     /// What each family makes of a quad.
     fn read<'a>(&'a self, picture: &'a Picture, quad: Quad) -> impl Iterator<Item = Detection> + 'a {
-        let Options { sampling, sharpening, hamming, .. } = self.options;
-        let reader = Reader { sampling, sharpening, hamming };
-        let of_border = move |(_, family): &(usize, &Family)| family.layout().border() == quad.border;
-        self.families.iter().enumerate().filter(of_border).filter_map(move |(place, family)| {
+        let reader = self.reader();
+        self.with_border(quad.border).filter_map(move |(place, family)| {
             let read = reader.read(picture, &quad.corners, family)?;
             let corners = upright(&quad.corners, read.turns);
             Some(Detection {
@@ -181,6 +203,16 @@ impl Pipeline {
                 corners,
             })
         })
+    }
+
+    fn reader(&self) -> Reader {
+        let Options { sampling, sharpening, hamming, .. } = self.options;
+        Reader { sampling, sharpening, hamming }
+    }
+
+    /// The families with this border and their places.
+    fn with_border(&self, border: Border) -> impl Iterator<Item = (usize, &Family)> {
+        self.families.iter().enumerate().filter(move |(_, family)| family.layout().border() == border)
     }
 }
 
@@ -243,6 +275,24 @@ mod tests {
                 let off = off.fold(0.0, f64::max);
                 assert!(off < 1.0, "{} {} is {off} px off with {options:?}", tag.family, tag.id);
             }
+        }
+    }
+
+    #[test]
+    fn the_codes_of_all_quads_are_read_and_those_of_the_tags_are_among_them() {
+        let (picture, _) = scene_frame(3);
+        let families = families();
+        let pipeline = Pipeline::new(&families, Options::default()).unwrap();
+        let (outcome, codes) = (pipeline.detect(&picture), pipeline.read_codes(&picture));
+        assert!(codes.len() > outcome.detections.len());
+        for tag in outcome.detections.iter().filter(|tag| tag.hamming == 0) {
+            let family = &families[tag.family];
+            let mut turned = family.codes()[tag.id as usize];
+            let is_there = (0..4).any(|_| {
+                turned = family.layout().rotate90(turned);
+                codes.contains(&(tag.family, turned))
+            });
+            assert!(is_there, "{} {} was found but not read", family.name(), tag.id);
         }
     }
 

@@ -85,12 +85,13 @@ pub(crate) fn load_scaled(folder: &Path, size: [u32; 2]) -> Result<Vec<Picture>,
 }
 
 /// Pictures by name, in a fixed order.
-fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let is_picture = |path: &PathBuf| {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
         ["jpg", "jpeg", "png", "pgm", "bmp"].contains(&ending.as_str())
     };
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder)?.collect();
+    let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let entries: Result<Vec<_>, _> = entries.collect();
     let mut paths: Vec<PathBuf> = entries?.into_iter().map(|entry| entry.path()).filter(is_picture).collect();
     paths.sort();
     if paths.is_empty() {
