@@ -6,6 +6,7 @@ use crate::kalibr;
 use crate::layout::Layout;
 use crate::name::UnknownFamily;
 use crate::published::{self, Published};
+use crate::search::{Level, least_bits};
 use std::fmt;
 
 /// A layout with a list of codes; the place of a code in the list is the tag's id.
@@ -150,13 +151,16 @@ impl Family {
 
     /// Measures how far the codes are really apart, going through all pairs: a second for 50,000 codes.
     pub fn minimum_distance(&self) -> MinimumDistance {
+        let level = Level::best();
         let rotated: Vec<[u64; 4]> = self.codes.iter().map(|&code| self.layout.rotations(code)).collect();
         let own = rotated
             .iter()
             .flat_map(|[code, turns @ ..]| turns.iter().map(move |turned| bits_apart(*code, *turned)));
         MinimumDistance {
             own_rotations: own.min().unwrap_or(0),
-            between_codes: (1..self.codes.len()).map(|id| nearest(&rotated[id], &self.codes[..id])).min(),
+            between_codes: (1..self.codes.len())
+                .filter_map(|id| least_bits(level, rotated[id], &self.codes[..id]))
+                .min(),
         }
     }
 }
@@ -179,12 +183,6 @@ impl MinimumDistance {
 
 fn bits_apart(left: u64, right: u64) -> u32 {
     (left ^ right).count_ones()
-}
-
-fn nearest(rotated: &[u64; 4], codes: &[u64]) -> u32 {
-    let distance =
-        |&code: &u64| rotated.iter().map(|turned| bits_apart(*turned, code)).fold(u32::MAX, u32::min);
-    codes.iter().map(distance).fold(u32::MAX, u32::min)
 }
 
 fn check_width(codes: &[u64], bit_count: u32) -> Result<(), FamilyError> {

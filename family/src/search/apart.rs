@@ -1,8 +1,11 @@
-//! Whether the codes of a family are as far apart as it says: quicker than measuring how far they are.
+//! How far the codes of a family are apart, and whether that is as far as it says.
 
 use super::level::{Kernel, Level};
 use super::near::any_within;
 use crate::layout::Layout;
+
+/// Codes a vector of the widest kind.
+const LANES: usize = 8;
 
 /// Two tags that resemble each other more than their family says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,9 +60,57 @@ impl Kernel for AnyOf<'_> {
     }
 }
 
+/// The fewest bits in which any of `codes` differs from a tag in any of its rotations; `None` without codes.
+pub(crate) fn least_bits(level: Level, rotations: [u64; 4], codes: &[u64]) -> Option<u32> {
+    (!codes.is_empty()).then(|| level.run(Least { rotations, codes }))
+}
+
+struct Least<'a> {
+    rotations: [u64; 4],
+    codes: &'a [u64],
+}
+
+impl Kernel for Least<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run(self) -> u32 {
+        let (groups, rest) = self.codes.as_chunks::<LANES>();
+        let mut least = [u64::from(u64::BITS); LANES];
+        for group in groups {
+            for turned in self.rotations {
+                for lane in 0..LANES {
+                    least[lane] = least[lane].min(u64::from((group[lane] ^ turned).count_ones()));
+                }
+            }
+        }
+        for code in rest {
+            for turned in self.rotations {
+                least[0] = least[0].min(u64::from((code ^ turned).count_ones()));
+            }
+        }
+        least.into_iter().fold(u64::from(u64::BITS), u64::min) as u32
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn the_fewest_bits_are_those_of_all_pairs_at_every_level() {
+        let mut random = Random::new(9);
+        for count in [0, 1, 7, 8, 9, 100] {
+            let codes: Vec<u64> = (0..count).map(|_| random.next()).collect();
+            let rotations: [u64; 4] = std::array::from_fn(|_| random.next());
+            let pairs = codes.iter().flat_map(|code| rotations.map(|turned| (code ^ turned).count_ones()));
+            let least = pairs.min();
+            for level in Level::available() {
+                assert_eq!(least_bits(level, rotations, &codes), least, "{count} codes at {level:?}");
+            }
+        }
+    }
     use crate::Family;
 
     #[test]

@@ -22,6 +22,7 @@ mod near;
 mod state;
 mod sweep;
 
+pub(crate) use apart::least_bits;
 pub use apart::{TooClose, first_too_close};
 pub use level::{Kernel, Level, UnknownLevel};
 pub use state::{Ending, Limits, Progress, State, Sweep};
