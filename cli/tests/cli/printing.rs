@@ -8,6 +8,7 @@ use std::sync::Arc;
 use image::GrayImage;
 use serde_json::Value;
 use tagbus_family::Family;
+use tagbus_family::published::FAMILIES;
 
 use crate::support::{Folder, complained, json_lines, printed, tagbus};
 
@@ -128,17 +129,7 @@ fn pages_of(folder: &Folder, told: &str) -> Vec<PathBuf> {
 
 #[test]
 fn every_printed_tag_is_found_in_its_size_when_another_program_has_rasterised_it() {
-    for name in [
-        "tag16h5",
-        "tag25h9",
-        "tag36h10",
-        "tag36h11",
-        "tagCircle21h7",
-        "tagCircle49h12",
-        "tagCustom48h12",
-        "tagStandard41h12",
-        "tagStandard52h13",
-    ] {
+    for name in FAMILIES.iter().map(|family| family.name) {
         let folder = Folder::new();
         let ids = ids_of(&Family::published(name).unwrap());
         let told = print(&[name, &list(&ids), "--tag-size", "12mm"], &folder.file("tags.svg"));
