@@ -51,6 +51,8 @@ pub enum Patience {
     Endless,
     /// So long, for everything that has to be there.
     AtMost(Duration),
+    /// Not at all, for a topic that is not there. What others are half way through, or left broken, is waited for and mended.
+    IfThere,
 }
 
 /// Who made or makes a topic: what a role does about one that is not there.
@@ -211,6 +213,7 @@ impl<'a> Tries<'a> {
         let out_of_patience = match self.patience {
             Patience::Endless => false,
             Patience::AtMost(limit) => self.started.elapsed() >= limit,
+            Patience::IfThere => verdict == Verdict::Absent,
         };
         out_of_patience
             || match verdict {

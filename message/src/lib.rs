@@ -3,6 +3,7 @@
 //! ```text
 //!   camera ── frames ([u8] + FrameHeader) ──▶ detector ── detections ([TagDetection] + DetectionsHeader) ──▶ clients
 //!      └───── info (CameraInfo) ──────────▶ anybody
+//!   camera, detector ◀─ control (requests, replies) ─▶ whoever wants something changed
 //! ```
 //!
 //! A role makes a [`bus::Bus`] in a [`domain::Domain`] and opens or makes its topics with it:
@@ -26,6 +27,8 @@
 pub mod bus;
 mod capture;
 pub mod clock;
+pub mod control;
+pub mod control_ports;
 pub mod detection;
 pub mod domain;
 pub mod fourcc;

@@ -371,7 +371,7 @@ fn describe_node<S: Service>(node: &NodeState<S>) -> Option<String> {
     Some(format!("{} (process {})", details.name(), details.process_id().value()))
 }
 
-fn service_name(topic: &str) -> Result<ServiceName, BusError> {
+pub(crate) fn service_name(topic: &str) -> Result<ServiceName, BusError> {
     ServiceName::new(topic).map_err(|error| BusError::Stuck {
         topic: topic.to_owned(),
         reason: format!("{error:?}"),

@@ -20,6 +20,8 @@ pub const MAX_NODES: usize = 64;
 pub const MAX_LISTENERS: usize = 48;
 /// Ports that may wake on a topic.
 pub const MAX_NOTIFIERS: usize = 8;
+/// Programs that can have a control topic open to ask, beside the one role that answers.
+pub const MAX_CONTROL_CLIENTS: usize = 8;
 /// The event that says that there is something to receive.
 pub const EVENT_SENT: usize = 1;
 /// The event that a producer's coming causes.

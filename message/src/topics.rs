@@ -21,6 +21,19 @@ pub fn detections(camera: &str, detector: &str) -> Result<String, DomainError> {
     Ok(format!("tagbus/v1/{camera}/detectors/{detector}/detections"))
 }
 
+/// `tagbus/v1/CAMERA/control`: requests to a camera.
+pub fn camera_control(camera: &str) -> Result<String, DomainError> {
+    check_name(camera)?;
+    Ok(format!("tagbus/v1/{camera}/control"))
+}
+
+/// `tagbus/v1/CAMERA/detectors/DETECTOR/control`: requests to a detector.
+pub fn detector_control(camera: &str, detector: &str) -> Result<String, DomainError> {
+    check_name(camera)?;
+    check_name(detector)?;
+    Ok(format!("tagbus/v1/{camera}/detectors/{detector}/control"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -29,6 +42,8 @@ mod tests {
     fn names_are_those_of_the_contract() {
         assert_eq!(frames("cam0").unwrap(), "tagbus/v1/cam0/frames");
         assert_eq!(detections("cam0", "main").unwrap(), "tagbus/v1/cam0/detectors/main/detections");
+        assert_eq!(camera_control("cam0").unwrap(), "tagbus/v1/cam0/control");
+        assert_eq!(detector_control("cam0", "main").unwrap(), "tagbus/v1/cam0/detectors/main/control");
         assert!(info("a/b").is_err());
     }
 }

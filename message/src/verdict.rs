@@ -9,6 +9,11 @@ use iceoryx2::service::builder::event::{EventCreateError, EventOpenError, EventO
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError, PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
 };
+use iceoryx2::service::builder::request_response::{
+    RequestResponseCreateError, RequestResponseOpenError, RequestResponseOpenOrCreateError,
+};
+use iceoryx2::service::port_factory::client::ClientCreateError;
+use iceoryx2::service::port_factory::server::ServerCreateError;
 
 /// What to do about an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,6 +191,84 @@ impl Judge for NotifierCreateError {
     fn verdict(&self) -> Verdict {
         match self {
             Self::ExceedsMaxSupportedNotifiers => Verdict::Crowded,
+            _ => Verdict::Again,
+        }
+    }
+}
+
+impl Judge for RequestResponseOpenError {
+    fn verdict(&self) -> Verdict {
+        match self {
+            Self::DoesNotExist => Verdict::Absent,
+            Self::HangsInCreation | Self::ServiceInCorruptedState => Verdict::Heal,
+            Self::ExceedsMaxNumberOfNodes => Verdict::Crowded,
+            Self::InsufficientPermissions
+            | Self::UnableToAcquireTypeDefinition
+            | Self::InvalidTypeDefinition => Verdict::Hopeless,
+            Self::DoesNotSupportRequestedAmountOfClientRequestLoans
+            | Self::DoesNotSupportRequestedAmountOfActiveRequestsPerClient
+            | Self::DoesNotSupportRequestedResponseBufferSize
+            | Self::DoesNotSupportRequestedAmountOfServers
+            | Self::DoesNotSupportRequestedAmountOfClients
+            | Self::DoesNotSupportRequestedAmountOfNodes
+            | Self::DoesNotSupportRequestedAmountOfBorrowedResponsesPerPendingResponse
+            | Self::IncompatibleRequestOrResponseType
+            | Self::IncompatibleAttributes
+            | Self::IncompatibleMessagingPattern
+            | Self::IncompatibleOverflowBehaviorForRequests
+            | Self::IncompatibleOverflowBehaviorForResponses
+            | Self::IncompatibleBehaviorForFireAndForgetRequests
+            | Self::VersionMismatch => Verdict::Different,
+            Self::Interrupt
+            | Self::InternalFailure
+            | Self::IsMarkedForDestruction
+            | Self::UnableToCreateServiceTag => Verdict::Again,
+        }
+    }
+}
+
+impl Judge for RequestResponseCreateError {
+    fn verdict(&self) -> Verdict {
+        match self {
+            Self::HangsInCreation | Self::ServiceInCorruptedState => Verdict::Heal,
+            Self::InsufficientPermissions
+            | Self::UnableToAcquireTypeDefinition
+            | Self::InvalidTypeDefinition => Verdict::Hopeless,
+            Self::Interrupt
+            | Self::AlreadyExists
+            | Self::InternalFailure
+            | Self::IsBeingCreatedByAnotherInstance
+            | Self::UnableToCreateServiceTag
+            | Self::ServiceConfigCouldNotBeCreated
+            | Self::UnableToGenerateUniqueServiceId => Verdict::Again,
+        }
+    }
+}
+
+impl Judge for RequestResponseOpenOrCreateError {
+    fn verdict(&self) -> Verdict {
+        match self {
+            Self::RequestResponseOpenError(error) => error.verdict(),
+            Self::RequestResponseCreateError(error) => error.verdict(),
+            Self::SystemInFlux => Verdict::Again,
+        }
+    }
+}
+
+impl Judge for ServerCreateError {
+    fn verdict(&self) -> Verdict {
+        match self {
+            Self::ExceedsMaxSupportedServers => Verdict::Crowded,
+            _ => Verdict::Again,
+        }
+    }
+}
+
+impl Judge for ClientCreateError {
+    fn verdict(&self) -> Verdict {
+        match self {
+            Self::ExceedsMaxSupportedClients => Verdict::Crowded,
+            Self::MaxActiveRequestsExceedsMaxSupportedActiveRequestsOfService => Verdict::Different,
             _ => Verdict::Again,
         }
     }

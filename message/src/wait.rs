@@ -1,5 +1,6 @@
 //! Waiting for messages, for the stop request and for time, in one place a thread.
 
+use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::fmt::Debug;
 use std::time::Duration;
@@ -38,7 +39,15 @@ pub struct Waiter<'a, S: Service> {
     set: &'a WaitSet<S>,
     stop: &'a Stop,
     listener: Option<(&'a Listener<S>, WaitSetGuard<'a, 'a, S>)>,
+    requests: Option<Requests<'a, S>>,
     _stop_guard: WaitSetGuard<'a, 'a, S>,
+}
+
+/// The listener of a control topic. It is detached for a while when requests come faster than they shall be answered.
+struct Requests<'a, S: Service> {
+    listener: &'a Listener<S>,
+    guard: RefCell<Option<WaitSetGuard<'a, 'a, S>>>,
+    called: Cell<bool>,
 }
 
 impl<'a, S: Service> Waiter<'a, S>
@@ -57,7 +66,38 @@ where
             Some(listener) => Some((listener, set.attach_notification(listener).map_err(attach_error)?)),
             None => None,
         };
-        Ok(Self { set, stop, listener, _stop_guard: stop_guard })
+        Ok(Self { set, stop, listener, requests: None, _stop_guard: stop_guard })
+    }
+
+    /// Attaches the listener of a control topic too. Its events are [`Wake::Other`] and told by [`Waiter::take_request`].
+    pub fn with_requests(mut self, listener: &'a Listener<S>) -> Result<Self, WaitError> {
+        let (guard, called) = (RefCell::new(None), Cell::new(false));
+        self.requests = Some(Requests { listener, guard, called });
+        self.resume_requests()?;
+        Ok(self)
+    }
+
+    /// Whether the control topic called since this was last asked.
+    pub fn take_request(&self) -> bool {
+        self.requests.as_ref().is_some_and(|requests| requests.called.take())
+    }
+
+    /// Requests do not wake any more.
+    pub fn pause_requests(&self) {
+        if let Some(requests) = &self.requests {
+            requests.guard.replace(None);
+        }
+    }
+
+    /// Requests wake again; those that came meanwhile do so at once.
+    pub fn resume_requests(&self) -> Result<(), WaitError> {
+        if let Some(requests) = &self.requests
+            && requests.guard.borrow().is_none()
+        {
+            let guard = self.set.attach_notification(requests.listener);
+            requests.guard.replace(Some(guard.map_err(|error| WaitError(format!("{error:?}")))?));
+        }
+        Ok(())
     }
 
     /// Sleeps until something happens or the time is over. Events of the topic are taken from its queue.
@@ -65,11 +105,14 @@ where
         if self.stop.is_triggered() {
             return Ok(Wake::Stop);
         }
-        let (mut event, mut other) = (false, false);
+        let (mut event, mut request, mut other) = (false, false, false);
+        let requests = self.requests.as_ref().map(|requests| requests.guard.borrow());
+        let requests = requests.as_ref().and_then(|guard| guard.as_ref());
         let outcome = self.set.wait_and_process_once_with_timeout(
             |id| {
-                match &self.listener {
-                    Some((_, guard)) if id.has_event_from(guard) => event = true,
+                match (&self.listener, requests) {
+                    (Some((_, guard)), _) if id.has_event_from(guard) => event = true,
+                    (_, Some(guard)) if id.has_event_from(guard) => request = true,
                     _ => other = true,
                 }
                 CallbackProgression::Continue
@@ -78,23 +121,27 @@ where
         );
         outcome.map_err(|error| WaitError(format!("{error:?}")))?;
         if event {
-            self.drain()?;
+            drain(self.listener.as_ref().map(|(listener, _)| *listener))?;
         }
-        Ok(match (self.stop.is_triggered(), event, other) {
+        if request && let Some(requests) = &self.requests {
+            requests.called.set(true);
+            drain(Some(requests.listener))?;
+        }
+        Ok(match (self.stop.is_triggered(), event, other || request) {
             (true, ..) => Wake::Stop,
             (_, true, _) => Wake::Event,
             (_, _, true) => Wake::Other,
             _ => Wake::TimedOut,
         })
     }
+}
 
-    fn drain(&self) -> Result<(), WaitError> {
-        match &self.listener {
-            Some((listener, _)) => {
-                listener.try_wait(|_| ()).map_err(|error| WaitError(format!("{error:?}"))).map(drop)
-            }
-            None => Ok(()),
+fn drain<S: Service>(listener: Option<&Listener<S>>) -> Result<(), WaitError> {
+    match listener {
+        Some(listener) => {
+            listener.try_wait(|_| ()).map_err(|error| WaitError(format!("{error:?}"))).map(drop)
         }
+        None => Ok(()),
     }
 }
 
