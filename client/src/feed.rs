@@ -119,7 +119,7 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     }
 }
 
-fn explain(error: BusError, options: &ConnectOptions, publisher: &str) -> ConnectError {
+pub(crate) fn explain(error: BusError, options: &ConnectOptions, publisher: &str) -> ConnectError {
     match error {
         BusError::Absent { waited, .. } => ConnectError::Absent {
             publisher: publisher.to_owned(),

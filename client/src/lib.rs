@@ -21,6 +21,7 @@
 //! to another thread. Pixels and corner order: `docs/coordinates.md`.
 #![forbid(unsafe_code)]
 
+pub mod control;
 mod detections;
 mod error;
 mod feed;

@@ -9,6 +9,7 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::fmt;
 use std::fmt::Debug;
 
 use iceoryx2::active_request::ActiveRequest;
@@ -123,11 +124,12 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
 
 impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> ControlClient<S, Q, A> {
     /// Sends a request and wakes the server.
-    ///
-    /// The error is iceoryx2's word for what is wrong.
-    pub fn ask(&self, request: &Q) -> Result<Pending<S, Q, A>, String> {
-        let pending = self.client.send_copy(*request).map_err(|error| format!("{error:?}"))?;
-        self.notifier.notify().map_err(|error| format!("{error:?}"))?;
+    pub fn ask(&self, request: &Q) -> Result<Pending<S, Q, A>, AskError> {
+        let pending = self.client.send_copy(*request).map_err(|error| AskError::broken(&error))?;
+        if pending.number_of_server_connections() == 0 {
+            return Err(AskError::Nobody);
+        }
+        self.notifier.notify().map_err(|error| AskError::broken(&error))?;
         Ok(Pending { pending })
     }
 
@@ -155,6 +157,33 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
         &self.bus
     }
 }
+
+/// Why a request could not be sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AskError {
+    /// Nobody is there to answer.
+    Nobody,
+    /// The connection is broken; iceoryx2's word for it.
+    Broken(String),
+}
+
+impl AskError {
+    fn broken(error: &impl Debug) -> Self {
+        Self::Broken(format!("{error:?}"))
+    }
+}
+
+impl fmt::Display for AskError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nobody => write!(f, "nobody is there to answer"),
+            Self::Broken(reason) => write!(f, "the connection is broken ({reason})"),
+        }
+    }
+}
+
+impl std::error::Error for AskError {}
 
 /// A request that was sent; dropped, nobody waits for its answer any more, and it may not be handled at all.
 #[derive(Debug)]

@@ -19,11 +19,15 @@ pub const MAX_NAMED_FAMILIES: usize = 16;
 pub mod header_flags {
     /// More tags were found than fit: those with the best margins were kept.
     pub const MORE_FOUND: u32 = 1;
+    /// Only a region of the frame was searched: a tag that is missing may lie elsewhere.
+    pub const REGION: u32 = 2;
+    /// Only some ids are reported: a tag that is missing may have another.
+    pub const IDS: u32 = 4;
 }
 
 /// Bits of [`TagDetection::flags`]. The first four are those of the detector.
 pub mod tag_flags {
-    /// A corner lies outside the frame or within a pixel of its rim.
+    /// A corner lies outside the frame, or of the region that is searched, or within a pixel of its rim.
     pub const TOUCHES_EDGE: u32 = 1;
     /// Fewer than 2 pixels a cell: corners are less certain.
     pub const SMALL: u32 = 2;
@@ -104,7 +108,8 @@ pub struct DetectionsHeader {
     pub skipped_total: u64,
     /// Frames whose header did not fit their bytes, since the detector's start.
     pub refused_total: u64,
-    /// Number of the last change of parameters.
+    /// Number of the last change of parameters, 0 before the first. All parameters of this message are of that change; those
+    /// that are not named here are told by the detector when it is asked ([`crate::control`]).
     pub control_number: u64,
     /// Decimation in force: full-resolution pixels per decimated pixel.
     pub decimation: f32,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::ipc;
 use tagbus_message::bus::{Bus, BusError, Patience};
 use tagbus_message::control::{CameraAsk, CameraReply, CameraRequest, CameraStatistics, ControlState};
-use tagbus_message::control_ports::{CameraAsker, CameraDesk};
+use tagbus_message::control_ports::{AskError, CameraAsker, CameraDesk};
 use tagbus_message::domain::Domain;
 use tagbus_message::qos;
 use tagbus_message::stop::Stop;
@@ -232,6 +232,7 @@ fn a_server_that_is_started_again_answers_the_same_client() {
     let asker = ground.asker();
     drop(desk);
     assert!(!asker.is_served());
+    assert_eq!(asker.ask(&request(2)).unwrap_err(), AskError::Nobody);
     let desk = ground.desk();
     assert!(asker.is_served() && asker.is_current());
     let pending = asker.ask(&request(3)).unwrap();

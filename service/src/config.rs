@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use tagbus_detector::{LumaView, Settings};
 use tagbus_family::Family;
+use tagbus_message::control::Region;
 use tagbus_message::domain::Domain;
 use tagbus_message::frame::FrameHeader;
 use tagbus_message::qos;
@@ -28,6 +29,8 @@ pub struct ServiceConfig {
     pub families: Vec<Family>,
     /// How they are searched for.
     pub settings: Settings,
+    /// The part of each frame that is searched, in its pixels; `None` for the whole frame.
+    pub region: Option<Region>,
     /// Tags that a message has room for, 1 to 65,536. Costs memory: 243 messages of 512 bytes a tag are reserved.
     pub max_tags: usize,
     /// Told of problems and changes, never more often than once a second for the same kind.
@@ -56,6 +59,7 @@ impl ServiceConfig {
             detector: "main".to_owned(),
             families,
             settings: Settings::default(),
+            region: None,
             max_tags: qos::DEFAULT_MAX_TAGS,
             report: Box::new(|_| ()),
             observer: None,
@@ -72,6 +76,7 @@ impl fmt::Debug for ServiceConfig {
             .field("detector", &self.detector)
             .field("families", &families)
             .field("settings", &self.settings)
+            .field("region", &self.region)
             .field("max_tags", &self.max_tags)
             .finish_non_exhaustive()
     }

@@ -4,6 +4,8 @@
 //!   frames topic ──▶ newest frame ──▶ check ──▶ detector ──▶ detections topic
 //!                    (in shared       header    reads the    send, then wake
 //!                     memory)         or skip   same bytes   the clients
+//!                                               ▲
+//!   control topic ──▶ between two frames: a new detector with its header, whole
 //! ```
 //!
 //! ```no_run
@@ -19,9 +21,13 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod change;
 mod config;
 mod convert;
+mod desk;
+mod in_force;
 mod pace;
+mod region;
 mod report;
 mod run;
 mod search;

@@ -40,7 +40,14 @@ pub enum Report {
     },
     /// Frames come again after a silence.
     Back,
-    /// A message could not be sent, or a frame not be received; work goes on.
+    /// Somebody changed parameters; from the next frame on.
+    Changed {
+        /// The change's number, which headers of messages name.
+        number: u64,
+        /// The parameters that differ.
+        what: String,
+    },
+    /// A message could not be sent, a frame not be received, or a change not be made; work goes on.
     Trouble {
         /// What went wrong.
         reason: String,
@@ -64,6 +71,7 @@ impl fmt::Display for Report {
                 waited.as_secs_f64()
             ),
             Self::Back => write!(f, "frames arrive again"),
+            Self::Changed { number, what } => write!(f, "change {number}: {what}"),
             Self::Trouble { reason } => write!(f, "{reason}"),
         }
     }
@@ -100,6 +108,8 @@ pub struct Summary {
     pub tags_found: u64,
     /// Messages sent.
     pub messages_sent: u64,
+    /// Time spent searching, nanoseconds.
+    pub search_ns: u64,
     /// Starts of the camera that were seen.
     pub camera_starts: u64,
     /// Times that no frame came for three frame times.

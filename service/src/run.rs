@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use tagbus_message::bus::{Bus, BusError, Patience};
+use tagbus_message::control::DetectorState;
 use tagbus_message::domain::Domain;
 use tagbus_message::ports::{DetectionsOut, FramesIn};
 use tagbus_message::qos;
@@ -10,11 +11,16 @@ use tagbus_message::stop::Stop;
 use tagbus_message::wait::{Waiter, Wake, wait_set};
 
 use crate::config::ServiceConfig;
+use crate::desk::Desk;
 use crate::report::{Report, ServiceError, Summary};
 use crate::search::{Local, Search};
 
 /// A silence that a user is told of; shorter ones are a hiccup.
 const WORTH_TELLING: Duration = Duration::from_secs(1);
+
+/// Pause between two looks for a camera that is not there: shorter at first than later.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(10);
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 
 /// Where on the bus the service is.
 struct Place {
@@ -56,14 +62,48 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<(), ServiceE
     let role = format!("detector {} of {}", place.detector, place.camera);
     let bus = Bus::<Local>::start(&place.domain, &role, stop)?;
     let out = bus.create_detections(&place.camera, &place.detector, place.max_tags)?;
+    let requests = bus.create_detector_control(&place.camera, &place.detector)?;
     let touched = out.touched_bytes().unwrap_or(0);
     search.tell(&Report::Ready { reserved: out.reserved(), touched });
+    let set = wait_set::<Local>()?;
+    let mut desk = Desk::new(&requests, search);
     loop {
-        let frames = bus.open_frames(&place.camera, qos::DETECTOR_FRAME_BUFFER, Patience::Endless)?;
+        search.state = DetectorState::WaitingForCamera;
+        let waiter = Waiter::new(&set, stop, None)?.with_requests(requests.listener())?;
+        let Some(frames) = wait_for_camera(search, &bus, place, &waiter, &mut desk)? else { return Ok(()) };
+        drop(waiter);
         search.tell(&Report::Connected);
-        if let End::Stopped = receive(search, &frames, &out, stop)? {
+        search.state = DetectorState::Detecting;
+        let waiter = Waiter::new(&set, stop, Some(frames.listener()))?.with_requests(requests.listener())?;
+        if let End::Stopped = receive(search, &frames, &out, &waiter, &mut desk)? {
             return Ok(());
         }
+    }
+}
+
+/// Looks for the frames topic until it is there, and answers requests meanwhile; `None` when a stop was asked for.
+fn wait_for_camera(
+    search: &mut Search,
+    bus: &Bus<Local>,
+    place: &Place,
+    waiter: &Waiter<Local>,
+    desk: &mut Desk,
+) -> Result<Option<FramesIn<Local>>, ServiceError> {
+    let mut pause = SHORTEST_PAUSE;
+    loop {
+        match bus.open_frames(&place.camera, qos::DETECTOR_FRAME_BUFFER, Patience::IfThere) {
+            Ok(frames) => return Ok(Some(frames)),
+            Err(BusError::Absent { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let looked = Instant::now();
+        while looked.elapsed() < pause {
+            if waiter.wait(desk.patience(pause.saturating_sub(looked.elapsed())))? == Wake::Stop {
+                return Ok(None);
+            }
+            desk.look(waiter, search)?;
+        }
+        pause = (pause * 2).min(LONGEST_PAUSE);
     }
 }
 
@@ -71,36 +111,55 @@ fn receive(
     search: &mut Search,
     frames: &FramesIn<Local>,
     out: &DetectionsOut<Local>,
-    stop: &Stop,
+    waiter: &Waiter<Local>,
+    desk: &mut Desk,
 ) -> Result<End, ServiceError> {
-    let set = wait_set::<Local>()?;
-    let waiter = Waiter::new(&set, stop, Some(frames.listener()))?;
-    let mut last_frame = Instant::now();
-    let mut told_silence = false;
+    let mut silence = Silence { last_frame: Instant::now(), looked: Instant::now(), is_told: false };
     // A frame that was sent before this subscriber came causes no event any more.
     take(search, frames, out);
     loop {
-        match waiter.wait(search.pace.deadline())? {
+        let left = search.pace.deadline().saturating_sub(silence.looked.elapsed());
+        let wake = waiter.wait(desk.patience(left))?;
+        match wake {
             Wake::Stop => return Ok(End::Stopped),
-            Wake::Event | Wake::Other => {
-                if take(search, frames, out) {
-                    last_frame = Instant::now();
-                    if std::mem::take(&mut told_silence) {
-                        search.tell(&Report::Back);
-                    }
-                }
+            Wake::Event | Wake::Other if take(search, frames, out) => silence.ends(search),
+            Wake::Event | Wake::Other | Wake::TimedOut => {}
+        }
+        desk.look(waiter, search)?;
+        if silence.looked.elapsed() >= search.pace.deadline() {
+            silence.goes_on(search, frames);
+            if !frames.is_current() {
+                return Ok(End::Replaced);
             }
-            Wake::TimedOut => {
-                let dead = missed_deadline(search, frames);
-                let waited = last_frame.elapsed();
-                if !told_silence && waited >= WORTH_TELLING {
-                    told_silence = true;
-                    search.tell(&Report::Silent { waited, dead });
-                }
-                if !frames.is_current() {
-                    return Ok(End::Replaced);
-                }
-            }
+        }
+    }
+}
+
+/// The time without frames.
+struct Silence {
+    last_frame: Instant,
+    /// When the last frame came, or the dead were last looked for.
+    looked: Instant,
+    is_told: bool,
+}
+
+impl Silence {
+    fn ends(&mut self, search: &mut Search) {
+        (self.last_frame, self.looked) = (Instant::now(), Instant::now());
+        search.state = DetectorState::Detecting;
+        if std::mem::take(&mut self.is_told) {
+            search.tell(&Report::Back);
+        }
+    }
+
+    fn goes_on(&mut self, search: &mut Search, frames: &FramesIn<Local>) {
+        let dead = missed_deadline(search, frames);
+        self.looked = Instant::now();
+        search.state = DetectorState::Silent;
+        let waited = self.last_frame.elapsed();
+        if !self.is_told && waited >= WORTH_TELLING {
+            self.is_told = true;
+            search.tell(&Report::Silent { waited, dead });
         }
     }
 }

@@ -5,15 +5,18 @@ use std::time::Instant;
 use iceoryx2::prelude::ipc;
 use iceoryx2::sample::Sample;
 
-use tagbus_detector::{Detection, Detector, Geometry, LumaView};
+use tagbus_detector::{Detection, Geometry, LumaView};
 use tagbus_message::clock::monotonic_ns;
+use tagbus_message::control::DetectorState;
 use tagbus_message::detection::{DetectionsHeader, header_flags};
 use tagbus_message::frame::FrameHeader;
 use tagbus_message::ports::DetectionsOut;
 
 use crate::config::{FrameSeen, Observer, Reporter, ServiceConfig};
 use crate::convert::{self, FamilyName};
+use crate::in_force::{InForce, Wish};
 use crate::pace::Pace;
+use crate::region;
 use crate::report::{Limiter, Report, ServiceError, Summary};
 
 /// The variant of iceoryx2 within this process: its ports stay in one thread.
@@ -23,9 +26,12 @@ pub(crate) type FrameSample = Sample<Local, [u8], FrameHeader>;
 
 /// Everything that is kept from frame to frame.
 pub(crate) struct Search {
-    detector: Detector,
-    names: Vec<FamilyName>,
-    template: DetectionsHeader,
+    pub(crate) in_force: InForce,
+    /// [`DetectionsHeader::detector_epoch`]; also the time of the start, `CLOCK_MONOTONIC` nanoseconds.
+    pub(crate) epoch: u64,
+    pub(crate) state: DetectorState,
+    /// Width and height of the last frame.
+    pub(crate) frame_size: Option<(u32, u32)>,
     chosen: Vec<usize>,
     pub(crate) pace: Pace,
     pub(crate) summary: Summary,
@@ -39,14 +45,14 @@ pub(crate) struct Search {
 impl Search {
     /// Takes the parts of the configuration that concern the search.
     pub(crate) fn new(config: ServiceConfig) -> Result<Self, ServiceError> {
-        let names = convert::family_names(&config.families).map_err(ServiceError::Family)?;
-        let detector = Detector::new(&config.families, &config.settings).map_err(ServiceError::Settings)?;
+        let wish = Wish { families: config.families, settings: config.settings, region: config.region };
         // Two starts never fall on one nanosecond of the same clock.
-        let template = convert::header_template(&config.settings, &names, monotonic_ns());
+        let epoch = monotonic_ns();
         Ok(Self {
-            detector,
-            names,
-            template,
+            in_force: InForce::new(wish, epoch, 0)?,
+            epoch,
+            state: DetectorState::WaitingForCamera,
+            frame_size: None,
             chosen: Vec::with_capacity(config.max_tags),
             pace: Pace::new(),
             summary: Summary::default(),
@@ -70,13 +76,20 @@ impl Search {
         let step = self.pace.step(&header);
         self.summary.camera_starts += u64::from(step.new_epoch);
         self.summary.frames_skipped = self.summary.frames_skipped.saturating_add(step.skipped);
-        if let Some(observer) = &mut self.observer {
-            observer(&FrameSeen { header: &header, view: &view, payload: frame.payload().as_ptr_range() });
+        self.frame_size = Some((header.width, header.height));
+        let InForce { detector, wish, names, template, .. } = &mut self.in_force;
+        let part = region::cut(&view, wish.region, wish.settings.decimation);
+        if let (Some(observer), Some(part)) = (&mut self.observer, &part) {
+            let payload = frame.payload().as_ptr_range();
+            observer(&FrameSeen { header: &header, view: &part.view, payload });
         }
         let detect_start_ns = monotonic_ns();
-        let detections = self.detector.detect(&view);
+        // A region that lies outside holds nothing.
+        let detections = part.as_ref().map_or(&[][..], |part| detector.detect(&part.view));
         let detect_end_ns = monotonic_ns();
+        let origin = part.map_or([0.0; 2], |part| part.origin);
         self.summary.frames_searched += 1;
+        self.summary.search_ns += detect_end_ns - detect_start_ns;
         self.summary.tags_found += detections.len() as u64;
         convert::choose(detections, self.max_tags, &mut self.chosen);
         let message = DetectionsHeader {
@@ -86,15 +99,17 @@ impl Search {
             detect_end_ns,
             count: self.chosen.len() as u32,
             found: detections.len() as u32,
-            flags: if self.chosen.len() < detections.len() { header_flags::MORE_FOUND } else { 0 },
+            flags: template.flags
+                | if self.chosen.len() < detections.len() { header_flags::MORE_FOUND } else { 0 },
             skipped: u32::try_from(step.skipped).unwrap_or(u32::MAX),
             skipped_total: self.summary.frames_skipped,
             refused_total: self.summary.frames_refused,
-            ..convert::header_of_frame(&self.template, &header)
+            ..convert::header_of_frame(template, &header)
         };
         // The camera gets its chunk back before clients are woken.
         drop(frame);
-        match send(message, detections, &self.chosen, &self.names, out) {
+        let tags = Tags { detections, chosen: &self.chosen, names, origin };
+        match send(message, &tags, out) {
             Ok(()) => self.summary.messages_sent += 1,
             Err(reason) => self.trouble(reason),
         }
@@ -134,19 +149,24 @@ fn checked_view<'a>(header: &FrameHeader, payload: &'a [u8]) -> Result<LumaView<
     LumaView::new(payload, geometry).map_err(|error| error.to_string())
 }
 
+/// The tags of a message.
+struct Tags<'a> {
+    detections: &'a [Detection],
+    /// Places of those that are sent.
+    chosen: &'a [usize],
+    names: &'a [FamilyName],
+    /// Where the part that was searched begins in the frame.
+    origin: [f64; 2],
+}
+
 /// Writes a message into shared memory, sends it and then wakes the clients.
-fn send(
-    mut header: DetectionsHeader,
-    detections: &[Detection],
-    chosen: &[usize],
-    names: &[FamilyName],
-    out: &DetectionsOut<Local>,
-) -> Result<(), String> {
+fn send(mut header: DetectionsHeader, tags: &Tags, out: &DetectionsOut<Local>) -> Result<(), String> {
+    let Tags { detections, chosen, names, origin } = tags;
     let loan = out
         .publisher()
         .loan_slice_uninit(chosen.len())
         .map_err(|error| format!("no memory for a message of {} tags ({error:?})", chosen.len()))?;
-    let mut loan = loan.write_from_fn(|place| convert::tag(&detections[chosen[place]], names));
+    let mut loan = loan.write_from_fn(|place| convert::tag(&detections[chosen[place]], names, *origin));
     header.send_ns = monotonic_ns();
     *loan.user_header_mut() = header;
     loan.send().map_err(|error| format!("a message could not be sent ({error:?})"))?;

@@ -1,156 +1,18 @@
 //! Frames published by hand, searched by a service in a thread, received by clients; each test in its own domain.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on says where")]
 
+mod common;
+
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
-use iceoryx2::prelude::ipc;
+use common::{Camera, Ground, HEIGHT, Service, WATCHDOG, WIDTH, ids_of, picture_of, until};
 use tagbus_client::{Client, ConnectOptions, Detections, FrameClient};
-use tagbus_family::{Family, Paint};
-use tagbus_message::bus::Bus;
 use tagbus_message::detection::{header_flags, tag_flags};
-use tagbus_message::domain::Domain;
-use tagbus_message::frame::{CaptureKind, FrameHeader, GREY, MJPG, YUYV};
-use tagbus_message::ports::FramesOut;
+use tagbus_message::frame::{FrameHeader, GREY, MJPG, YUYV};
 use tagbus_message::stop::Stop;
-use tagbus_message::{clock, qos};
-use tagbus_service::{Report, ServiceConfig, ServiceError, Summary, run};
-
-/// Long enough for any machine: only a hanging test gets there.
-const WATCHDOG: Duration = Duration::from_secs(60);
-const WIDTH: usize = 320;
-const HEIGHT: usize = 240;
-
-/// A domain of the test's own; that it was left clean is checked when it is dropped.
-struct Ground {
-    domain: Domain,
-}
-
-impl Ground {
-    fn new() -> Self {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let name = format!("s{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let root = std::env::temp_dir().join(format!("tb-{name}"));
-        Self { domain: Domain::with_root(&name, root).unwrap() }
-    }
-
-    fn config(&self) -> ServiceConfig {
-        ServiceConfig::new(self.domain.clone(), vec![Family::published("tag36h11").unwrap()])
-    }
-
-    fn client(&self) -> Client {
-        Client::connect(&ConnectOptions::in_domain(self.domain.clone()).deadline(WATCHDOG)).unwrap()
-    }
-
-    fn camera(&self) -> Camera {
-        let bus = Bus::<ipc::Service>::start(&self.domain, "camera cam0", &Stop::new().unwrap()).unwrap();
-        let out = bus.create_frames("cam0", &qos::FRAMES, 2 * WIDTH * HEIGHT + 64).unwrap();
-        Camera { out, epoch: clock::monotonic_ns(), sequence: 0 }
-    }
-}
-
-impl Drop for Ground {
-    fn drop(&mut self) {
-        if !std::thread::panicking() {
-            assert_eq!(self.domain.leftovers().unwrap(), Vec::<String>::new());
-            assert!(!self.domain.root().exists(), "the root is still there");
-        }
-    }
-}
-
-/// A service in a thread, and what it reported.
-struct Service {
-    stop: Stop,
-    thread: JoinHandle<Result<Summary, ServiceError>>,
-    reports: Arc<Mutex<Vec<Report>>>,
-}
-
-impl Service {
-    fn start(mut config: ServiceConfig) -> Self {
-        let reports = Arc::new(Mutex::new(Vec::new()));
-        let kept = Arc::clone(&reports);
-        config.report = Box::new(move |report| kept.lock().unwrap().push(report.clone()));
-        let stop = Stop::new().unwrap();
-        let own = stop.clone();
-        Self { stop, thread: std::thread::spawn(move || run(config, own)), reports }
-    }
-
-    fn end(self) -> (Summary, Vec<Report>) {
-        self.stop.trigger();
-        let summary = self.thread.join().unwrap().unwrap();
-        (summary, Arc::into_inner(self.reports).unwrap().into_inner().unwrap())
-    }
-}
-
-/// A camera that publishes what it is told.
-struct Camera {
-    out: FramesOut<ipc::Service>,
-    epoch: u64,
-    sequence: u64,
-}
-
-impl Camera {
-    fn publish(&mut self, picture: &[u8]) {
-        self.publish_with(picture, FrameHeader::packed(GREY, WIDTH as u32, HEIGHT as u32).unwrap());
-    }
-
-    fn publish_with(&mut self, payload: &[u8], header: FrameHeader) {
-        let loan = self.out.publisher().loan_slice_uninit(payload.len()).unwrap();
-        let mut loan = loan.write_from_slice(payload);
-        *loan.user_header_mut() = FrameHeader {
-            epoch: self.epoch,
-            sequence: self.sequence,
-            capture_ns: clock::monotonic_ns(),
-            capture_kind: CaptureKind::Dequeue.code(),
-            dequeue_ns: clock::monotonic_ns(),
-            publish_ns: clock::monotonic_ns(),
-            frame_time_ns: 33_000_000,
-            ..header
-        };
-        self.sequence += 1;
-        loan.send().unwrap();
-        self.out.notify().unwrap();
-    }
-
-    /// Publishes a picture again and again until the client hears of it: a detector may still be connecting.
-    fn publish_until_heard(&mut self, picture: &[u8], client: &mut Client) -> Detections {
-        for _ in 0..WATCHDOG.as_millis() / 20 {
-            self.publish(picture);
-            if let Some(detections) = client.receive(Duration::from_millis(20)).unwrap() {
-                return detections;
-            }
-        }
-        panic!("no detections came");
-    }
-}
-
-/// An upright tag, 8 pixels a cell, on a bright grey.
-fn picture_of(ids: &[u32]) -> Vec<u8> {
-    const CELL: usize = 8;
-    let family = Family::published("tag36h11").unwrap();
-    let mut picture = vec![200; WIDTH * HEIGHT];
-    for (place, &id) in ids.iter().enumerate() {
-        let grid = family.grid(id).unwrap();
-        let left = 20 + place * 110;
-        for (y, row) in picture.chunks_exact_mut(WIDTH).skip(40).take(grid.width() * CELL).enumerate() {
-            for x in 0..grid.width() * CELL {
-                row[left + x] = match grid.get(x / CELL, y / CELL) {
-                    Paint::Black => 20,
-                    Paint::White | Paint::Clear => 230,
-                };
-            }
-        }
-    }
-    picture
-}
-
-fn ids_of(detections: &Detections) -> Vec<u32> {
-    let mut ids: Vec<_> = detections.tags().iter().map(|tag| tag.id).collect();
-    ids.sort_unstable();
-    ids
-}
+use tagbus_service::{Report, Summary, run};
 
 #[test]
 fn tags_travel_from_camera_to_client_with_every_stamp_in_order() {
@@ -227,15 +89,6 @@ fn luma_is_found_in_packed_colour_behind_slack() {
     assert_eq!(ids_of(&detections), [5]);
     drop((detections, client, camera));
     service.end();
-}
-
-fn until(client: &mut Client, wanted: impl Fn(&Detections) -> bool) -> Detections {
-    loop {
-        let detections = client.receive(WATCHDOG).unwrap().expect("the message came before the watchdog");
-        if wanted(&detections) {
-            return detections;
-        }
-    }
 }
 
 #[test]

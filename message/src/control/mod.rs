@@ -14,6 +14,7 @@ mod choices;
 mod detector;
 mod fault;
 mod parameters;
+mod words;
 
 pub use asking::{CONTROL_SCHEMA, Outcome, REPLY_TEXT_BYTES, RequestKind};
 pub use camera::{
@@ -26,3 +27,4 @@ pub use detector::{
 };
 pub use fault::ControlFault;
 pub use parameters::{DetectorChange, DetectorParameters, MAX_ID_RANGES, ParameterBlock, Region};
+pub use words::RegionTextError;
