@@ -16,7 +16,7 @@ use tagbus_message::text;
 use crate::config::CameraConfig;
 use crate::format::FrameShape;
 use crate::loan::{self, Loan};
-use crate::publish::{Epoch, FramePublisher, Lost, Moment};
+use crate::publish::{Epoch, FramePublisher, Lost, Moment, NoMemory};
 use crate::run::{CameraError, CameraEvent, Ending, MAX_SEND_FAILURES, Summary};
 use crate::source::{Damage, Filled};
 use crate::space::Space;
@@ -45,6 +45,8 @@ pub(crate) struct Outlet<'a> {
     pub(crate) lost: Lost,
     pub(crate) summary: Summary,
     send_failures: u32,
+    /// How often shared memory was full.
+    refusals: u64,
     greeted: Instant,
     report: &'a mut dyn FnMut(CameraEvent),
 }
@@ -73,30 +75,49 @@ impl<'a> Outlet<'a> {
             lost: Lost::default(),
             summary: Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped },
             send_failures: 0,
+            refusals: 0,
             greeted: Instant::now(),
             report,
         })
     }
 
-    /// Memory for a frame. There is none only when processes died that held more than their share, whose remains are then
-    /// taken away; the frame is given up.
+    /// Memory for a frame. There is none when shared memory is full, or when processes died that held more than their share, whose
+    /// remains are then taken away; the frame is given up.
     pub(crate) fn loan(&mut self) -> Option<Loan> {
-        let loan = self.publisher.loan().ok();
-        if loan.is_none() {
-            self.lost.no_loan += 1;
-            self.summary.no_loan += 1;
-            let dead = self.publisher.clean_up_dead();
-            self.tell(CameraEvent::NoLoan { dead });
+        let missing = match self.publisher.loan() {
+            Ok(loan) => return Some(loan),
+            Err(missing) => missing,
+        };
+        self.lost.no_loan += 1;
+        self.summary.no_loan += 1;
+        let dead = self.publisher.clean_up_dead();
+        match missing {
+            NoMemory::Taken => self.tell(CameraEvent::NoLoan { dead }),
+            NoMemory::Full { bytes } => self.tell_full(bytes),
         }
-        loan
+        None
     }
 
     /// Memory for a driver's queue. That there is none at the moment is no loss yet: the driver has other memory.
-    pub(crate) fn lendable(&self) -> Option<Loan> {
-        self.publisher.loan().ok().or_else(|| {
-            self.publisher.clean_up_dead();
-            self.publisher.loan().ok()
-        })
+    pub(crate) fn lendable(&mut self) -> Option<Loan> {
+        if let Ok(loan) = self.publisher.loan() {
+            return Some(loan);
+        }
+        self.publisher.clean_up_dead();
+        match self.publisher.loan() {
+            Ok(loan) => return Some(loan),
+            Err(NoMemory::Full { bytes }) => self.tell_full(bytes),
+            Err(NoMemory::Taken) => {}
+        }
+        None
+    }
+
+    /// Told of now and then: it may last.
+    fn tell_full(&mut self, bytes: usize) {
+        self.refusals += 1;
+        if self.refusals.is_power_of_two() {
+            self.tell(CameraEvent::MemoryFull { bytes, total: self.refusals });
+        }
     }
 
     /// Format and size that memory was made for.

@@ -2,15 +2,16 @@
 
 use std::time::Duration;
 
-use iceoryx2::port::{LoanError, SendError};
+use iceoryx2::port::SendError;
 use iceoryx2::prelude::ipc;
 use tagbus_message::clock;
 use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
 use tagbus_message::info::CameraInfo;
 use tagbus_message::ports::FramesOut;
+use tagbus_message::qos::FRAMES;
 
 use crate::format::FrameShape;
-use crate::loan::Loan;
+use crate::loan::{self, Loan};
 use crate::source::Filled;
 
 /// Numbers of one run of a camera.
@@ -67,12 +68,36 @@ pub(crate) struct FramePublisher {
     template: FrameHeader,
     next_sequence: u64,
     exposure_ns: u64,
+    /// Addresses of the pieces of memory that have all their pages.
+    provided: Vec<usize>,
+}
+
+/// Why there is no memory for a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NoMemory {
+    /// Others hold all of it.
+    Taken,
+    /// There are no pages for it: shared memory is full.
+    Full {
+        /// What a frame takes.
+        bytes: usize,
+    },
 }
 
 impl FramePublisher {
     pub(crate) fn new(frames: FramesOut<ipc::Service>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
         let template = largest.header();
-        FramePublisher { frames, epoch, largest, shape: largest, template, next_sequence: 0, exposure_ns: 0 }
+        let provided = Vec::with_capacity(FRAMES.chunks());
+        FramePublisher {
+            frames,
+            epoch,
+            largest,
+            shape: largest,
+            template,
+            next_sequence: 0,
+            exposure_ns: 0,
+            provided,
+        }
     }
 
     /// Format and size of the largest frame.
@@ -81,9 +106,16 @@ impl FramePublisher {
         self.largest
     }
 
-    /// Memory for the next frame.
-    pub(crate) fn loan(&self) -> Result<Loan, LoanError> {
-        Loan::take(self.frames.publisher(), self.largest.bytes())
+    /// Memory for the next frame, which can be written.
+    pub(crate) fn loan(&mut self) -> Result<Loan, NoMemory> {
+        let bytes = self.largest.bytes();
+        let mut loan = Loan::take(self.frames.publisher(), bytes).map_err(|_| NoMemory::Taken)?;
+        let address = loan.address();
+        if !self.provided.contains(&address) {
+            loan.provide_pages().map_err(|_| NoMemory::Full { bytes: loan::payload_bytes(bytes) })?;
+            self.provided.push(address);
+        }
+        Ok(loan)
     }
 
     /// From here on this camera information applies.

@@ -15,7 +15,7 @@ use tagbus_message::bus::BusError;
 use tagbus_message::clock;
 use tagbus_message::frame::Fourcc;
 use tagbus_message::info::CameraState;
-use tagbus_message::qos::Reserved;
+use tagbus_message::qos::{FRAMES, Reserved};
 use tagbus_message::stop::Stop;
 
 use crate::config::{CameraConfig, Source};
@@ -26,7 +26,7 @@ use crate::pace::Pacer;
 use crate::publish::Moment;
 use crate::rpicam;
 use crate::source::{self, Damage, FrameError, FrameSource, OpenError};
-use crate::space::{Space, SpaceError};
+use crate::space::{MORE_ROOM, SHARED_MEMORY, Space, SpaceError};
 
 /// So many frames in a row that cannot be sent end the camera: no subscriber's death explains them any more.
 pub(crate) const MAX_SEND_FAILURES: u32 = 100;
@@ -85,6 +85,20 @@ pub enum CameraEvent {
         /// How many dead processes there were.
         dead: u64,
     },
+    /// Shared memory has no room for a frame, which was given up, or left to the driver's other memory.
+    MemoryFull {
+        /// What a frame takes.
+        bytes: usize,
+        /// How often that was so.
+        total: u64,
+    },
+    /// A driver had to pin memory anew under a buffer number that it knew for other memory: slower, and right all the same.
+    Repinned {
+        /// How often since the device was opened.
+        total: u64,
+        /// Buffer numbers that the driver grants.
+        numbers: usize,
+    },
     /// A frame did not reach every subscriber; what dead processes held was taken back.
     NotSent {
         /// What iceoryx2 says.
@@ -121,6 +135,15 @@ impl fmt::Display for CameraEvent {
             Self::NoLoan { dead } => {
                 write!(f, "no memory was free for a frame ({dead} dead processes cleaned up)")
             }
+            Self::MemoryFull { bytes, total } => write!(
+                f,
+                "{SHARED_MEMORY} is full: no room for a frame of {bytes} bytes (so far: {total}); {MORE_ROOM}"
+            ),
+            Self::Repinned { total, numbers } => write!(
+                f,
+                "the driver pinned memory anew {total} times so far: it grants {numbers} buffer numbers for {} pieces of memory",
+                FRAMES.chunks()
+            ),
             Self::NotSent { error, dead } => {
                 write!(
                     f,

@@ -1,7 +1,7 @@
 //! Room in shared memory.
 //!
 //! A full `/dev/shm` does not refuse memory when it is reserved: it kills the process that touches it (SIGBUS). So the room is
-//! checked before anything is reserved.
+//! checked before anything is reserved, and the pages of each piece are asked for before it is written (`loan.rs`).
 
 use std::fmt;
 use std::path::Path;
@@ -9,7 +9,11 @@ use std::path::Path;
 use tagbus_message::qos::{Reserved, TopicQos};
 
 /// Where Linux keeps POSIX shared memory.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
+/// What helps when it is full.
+pub(crate) const MORE_ROOM: &str = "remove what fills it (`ls -lS /dev/shm`), or enlarge it (`sudo mount -o remount,size=256M /dev/shm`; \
+                                    docker: --shm-size)";
 
 /// Room in shared memory, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,8 +69,7 @@ impl fmt::Display for SpaceError {
         write!(
             f,
             "{SHARED_MEMORY} has {available} bytes free, but normal work touches {usual} (at most {reserved}): use smaller frames, \
-             remove what fills it (`ls -lS {SHARED_MEMORY}`), or enlarge it (`sudo mount -o remount,size=256M {SHARED_MEMORY}`; \
-             docker: --shm-size)"
+             {MORE_ROOM}"
         )
     }
 }

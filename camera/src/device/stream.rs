@@ -74,6 +74,8 @@ pub(super) struct Stream {
     queue: Queue,
     layout: Layout,
     stamps: Stamps,
+    /// Re-pins that the user knows of.
+    repins_told: u64,
 }
 
 enum Queue {
@@ -106,7 +108,12 @@ impl Stream {
     }
 
     fn new(queue: Queue, agreed: &Agreement) -> Stream {
-        Stream { queue, layout: agreed.layout.clone(), stamps: Stamps::new(agreed.frame_time) }
+        Stream {
+            queue,
+            layout: agreed.layout.clone(),
+            stamps: Stamps::new(agreed.frame_time),
+            repins_told: 0,
+        }
     }
 
     /// The device, to wait for it.
@@ -135,7 +142,18 @@ impl Stream {
         while self.publish_one(outlet, damage)? {
             frames += 1;
         }
+        self.tell_repins(outlet);
         Ok(frames)
+    }
+
+    /// Says now and then that memory was pinned anew.
+    fn tell_repins(&mut self, outlet: &mut Outlet) {
+        let Queue::Lent(queue) = &self.queue else { return };
+        let (total, numbers) = (queue.repins(), queue.count());
+        if total > 2 * self.repins_told {
+            self.repins_told = total;
+            outlet.tell(CameraEvent::Repinned { total, numbers });
+        }
     }
 
     fn publish_one(&mut self, outlet: &mut Outlet, damage: &mut Damage) -> Result<bool, Broken> {
