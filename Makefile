@@ -38,7 +38,7 @@ test: ## set up what is missing and run every test (real pictures: TAGBUS_TEST_D
 	@[ -n "$$TAGBUS_TEST_DATA" ] || echo 'make test: TAGBUS_TEST_DATA is not set, tests on real pictures are SKIPPED' >&2
 	@$(SET_UP) && exec cargo test $(ALL)
 
-vm: ## test cameras with drivers of a real kernel in a virtual machine (x86-64 Debian; ARCH, CASES='userptr-*')
+vm: ## test cameras with drivers of a real kernel in a virtual machine (x86-64 Debian; ARCH=aarch64, CASES=a group or a pattern)
 	@exec tests/vm/run '$(ARCH)' '$(CASES)'
 
 build: ## build everything; the program is then target/release/tagbus

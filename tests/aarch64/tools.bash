@@ -13,61 +13,12 @@ triple=aarch64-unknown-linux-gnu
 # Tests run in the static emulator, which needs none of the libraries around it. Only the other one takes plugins.
 packages=(rustc-web libstd-rust-web-dev:arm64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static qemu-user)
 
-say() { echo "$0: $*" >&2; }
+# They come from the lists of this very system, so its C library serves them, and a second one would only get in the way of
+# their programs.
+unwanted=libc6_*_amd64.deb
 
-# Says loudly that nothing was done, and succeeds.
-skip() {
-    cat >&2 <<TEXT
-
-************************************************************************************************
-  SKIPPED: $purpose, because $1.
-************************************************************************************************
-
-TEXT
-    exit 0
-}
-
-# An apt that knows both architectures and of no installed package, so that it names all that is needed.
-make_private_apt() {
-    rm -rf "$private/apt" && mkdir -p "$private"/apt/{lists/partial,cache/archives/partial}
-    : >"$private/apt/status"
-    cat >"$private/apt/apt.conf" <<CONF
-Dir::State "$private/apt";
-Dir::State::status "$private/apt/status";
-Dir::Cache "$private/apt/cache";
-Dir::Log "$private/apt";
-APT::Architecture "amd64";
-APT::Architectures { "amd64"; "arm64"; };
-APT::Install-Recommends "false";
-APT::Sandbox::User "";
-Acquire::Languages "none";
-Acquire::Retries "1";
-Acquire::http::Timeout "30";
-CONF
-}
-
-apt() { APT_CONFIG=$private/apt/apt.conf apt-get -qq "$@" >&2; }
-
-# The packages come from the lists of this very system, so its C library serves them, and a second one would only
-# get in the way of its programs.
-unpack() {
-    rm -rf "$root" && mkdir -p "$root"
-    local package
-    for package in "$private"/apt/cache/archives/*.deb; do
-        case $package in
-        */libc6_*_amd64.deb) ;;
-        *) dpkg -x "$package" "$root" || return 1 ;;
-        esac
-    done
-}
-
-fetch_tools() {
-    say "fetching and unpacking ${packages[*]} into $private (once)"
-    make_private_apt
-    apt update && apt install --yes --download-only "${packages[@]}" && unpack || return 1
-    rm -rf "$private/apt"
-    echo "${packages[*]}" >"$root/complete"
-}
+source tests/words.bash
+source tests/debian.bash
 
 # Only for the commands below: the compiler's libraries lie in the private folder.
 with_tools() {
@@ -79,8 +30,7 @@ need_tools() {
     [ "$(uname -m)" = x86_64 ] || skip "the emulation is only prepared for x86-64 hosts, and this is $(uname -m)"
     command -v apt-get >/dev/null || skip "there is no apt-get"
     command -v cargo >/dev/null || skip "cargo is missing"
-    # An older folder may lack a package.
-    [ "$(cat "$root/complete" 2>/dev/null)" = "${packages[*]}" ] || fetch_tools || skip "apt could not provide ${packages[*]}"
+    fetch_packages "$root" "${packages[@]}" || skip "apt could not provide ${packages[*]}"
     local needed found
     needed=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
     found=$(with_tools "$root/usr/bin/rustc" --version | cut -d ' ' -f 2)

@@ -1,7 +1,4 @@
 # Sourced by run: kernel, emulator and guest tools of one architecture, as Debian packages unpacked under target/vm.
-#
-# Neither root nor an installation is needed, and the host's package state is never touched: apt gets folders of its own.
-# What was fetched once is used from then on without a network.
 
 # The package names, and which of the host's own programs run the emulator.
 case $arch in
@@ -13,66 +10,37 @@ esac
 emulator=$cache/emulator-$arch
 kernel=$cache/kernel-$arch
 tools=$cache/tools-$arch
-
-# An apt that knows both architectures and of no installed package, so that it names all that is needed.
-make_private_apt() {
-    [ ! -e "$cache/apt/complete" ] || return 0
-    rm -rf "$cache/apt" && mkdir -p "$cache"/apt/{lists/partial,cache/archives/partial}
-    : >"$cache/apt/status"
-    cat >"$cache/apt/apt.conf" <<CONF
-Dir::State "$cache/apt";
-Dir::State::status "$cache/apt/status";
-Dir::Cache "$cache/apt/cache";
-Dir::Log "$cache/apt";
-APT::Architecture "amd64";
-APT::Architectures { "amd64"; "arm64"; };
-APT::Install-Recommends "false";
-APT::Sandbox::User "";
-Acquire::Languages "none";
-Acquire::Retries "1";
-Acquire::http::Timeout "30";
-CONF
-    private_apt apt-get -qq update && touch "$cache/apt/complete"
-}
-
-private_apt() { APT_CONFIG=$cache/apt/apt.conf timeout 600 "$@" </dev/null >&2; }
-
-# fetch FOLDER PACKAGE...: the packages and all that they need, unpacked into the folder.
-fetch() {
-    local folder=$1 package
-    shift
-    [ "$(cat "$folder/complete" 2>/dev/null)" != "$*" ] || return 0
-    say "fetching $* into $folder (once)"
-    make_private_apt || return 1
-    rm -rf "$folder" "$folder.packages" && mkdir -p "$folder" "$folder.packages/partial"
-    private_apt apt-get -qq -o Dir::Cache::archives="$folder.packages" install --yes --download-only "$@" || return 1
-    for package in "$folder.packages"/*.deb; do
-        dpkg -x "$package" "$folder" || return 1
-    done
-    rm -rf "$folder.packages" && echo "$*" >"$folder/complete"
-}
+# Of this machine's kind.
+host_tools=$cache/tools-x86_64
 
 # Only what is needed of the kernel's 400 MB: itself, and the drivers of video devices.
 fetch_kernel() {
     [ ! -e "$kernel/complete" ] || return 0
-    make_private_apt || return 1
-    local package
-    package=$(APT_CONFIG=$cache/apt/apt.conf apt-cache depends "linux-image-$debian:$debian" |
-        sed -n 's/.*Depends: \(linux-image.*\)/\1/p' | head -n 1)
-    [ -n "$package" ] || return 1
-    say "fetching $package into $kernel (once)"
-    rm -rf "$kernel" && mkdir -p "$kernel"
-    (cd "$kernel" && private_apt apt-get -qq download "$package") || return 1
+    with_fresh_lists download_kernel || return 1
     dpkg --fsys-tarfile "$kernel"/*.deb |
         tar -x -C "$kernel" --wildcards './boot/vmlinuz*' '*/modules.builtin' '*/drivers/media/*' || return 1
     rm -f "$kernel"/*.deb && touch "$kernel/complete"
 }
 
+download_kernel() {
+    local package
+    package=$(with_private_apt apt-cache depends "linux-image-$debian:$debian" |
+        sed -n 's/.*Depends: \(linux-image.*\)/\1/p' | head -n 1)
+    [ -n "$package" ] || return 1
+    say "fetching $package into $kernel (once)"
+    rm -rf "$kernel" && mkdir -p "$kernel"
+    (cd "$kernel" && with_private_apt apt-get -qq download "$package" >&2)
+}
+
 fetch_all() {
+    [ "$(uname -m)" = x86_64 ] || skip "the emulators are only prepared for x86-64 machines, and this is $(uname -m)"
     command -v apt-get >/dev/null || [ -e "$kernel/complete" ] || skip "there is no apt-get"
     fetch_kernel || skip "apt could not provide the kernel"
-    fetch "$emulator" "$emulator_package" || skip "apt could not provide $emulator_package"
-    fetch "$tools" "busybox-static:$debian" "v4l-utils:$debian" || skip "apt could not provide busybox-static and v4l-utils"
+    fetch_packages "$emulator" "$emulator_package" || skip "apt could not provide $emulator_package"
+    fetch_packages "$tools" "busybox-static:$debian" "v4l-utils:$debian" ||
+        skip "apt could not provide busybox-static and v4l-utils"
+    [ -e "$host_tools/bin/busybox" ] || fetch_packages "$host_tools" busybox-static:amd64 v4l-utils:amd64 ||
+        skip "apt could not provide busybox-static"
 }
 
 # A module and before it all that it depends on, as file names in the order of loading.

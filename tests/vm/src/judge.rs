@@ -21,6 +21,8 @@ struct Expected {
     same: usize,
     /// The moment that stamps mark, or `any`.
     kind: String,
+    /// The bus on which it is looked for.
+    domain: String,
     frames: u32,
     seconds: u64,
 }
@@ -46,7 +48,7 @@ pub(crate) fn judge(size: &str, folder: &str, options: &[&str]) -> Result<(), Fa
     let expected = expected(options)?;
     let pictures = Pictures::read(size, folder)?;
     let deadline = Instant::now() + Duration::from_secs(expected.seconds);
-    let connect = ConnectOptions::new("tagbus")?.deadline(Duration::from_secs(expected.seconds));
+    let connect = ConnectOptions::new(&expected.domain)?.deadline(Duration::from_secs(expected.seconds));
     let mut frames = FrameClient::connect(&connect)?;
     let mut detections = Client::connect(&connect)?;
     let mut seen = Seen::default();
@@ -66,13 +68,20 @@ pub(crate) fn judge(size: &str, folder: &str, options: &[&str]) -> Result<(), Fa
 }
 
 fn expected(options: &[&str]) -> Result<Expected, Failure> {
-    let mut expected =
-        Expected { copies: 0, same: 100, kind: "start_of_exposure".to_string(), frames: 30, seconds: 60 };
+    let mut expected = Expected {
+        copies: 0,
+        same: 100,
+        kind: "start_of_exposure".to_string(),
+        domain: "tagbus".to_string(),
+        frames: 30,
+        seconds: 60,
+    };
     for option in options.chunks(2) {
         match option {
             ["--copies", copies] => expected.copies = copies.parse()?,
             ["--same", same] => expected.same = same.parse()?,
             ["--kind", kind] => expected.kind = (*kind).to_string(),
+            ["--domain", domain] => expected.domain = (*domain).to_string(),
             ["--frames", frames] => expected.frames = frames.parse()?,
             ["--seconds", seconds] => expected.seconds = seconds.parse()?,
             other => return Err(format!("unknown option {other:?}").into()),

@@ -4,11 +4,13 @@
 //! host:   tagbus-vm scene   WxH FOLDER           numbered pictures and what is to be found in them
 //! guest:  tagbus-vm convert WxH FORMAT FOLDER    the same pictures as a driver's bytes, on the standard output
 //!         tagbus-vm prove   PROCESS TRACE        shows that a detector reads where the camera's driver wrote
+//!         tagbus-vm hold    FILE                 keeps two frames as long as there is a file
 //!         tagbus-vm judge   WxH FOLDER ...       receives frames and detections, and holds both against the truth
 //! ```
 #![forbid(unsafe_code)]
 
 mod convert;
+mod hold;
 mod judge;
 mod number;
 mod pictures;
@@ -20,7 +22,7 @@ use std::process::ExitCode;
 /// What went wrong, in words.
 type Failure = Box<dyn std::error::Error>;
 
-const USAGE: &str = "usage: tagbus-vm scene WxH FOLDER | convert WxH FORMAT FOLDER | prove PROCESS TRACE | judge WxH FOLDER --copies N --same PERCENT --kind KIND --frames N --seconds N";
+const USAGE: &str = "usage: tagbus-vm scene WxH FOLDER | convert WxH FORMAT FOLDER | prove PROCESS TRACE | hold FILE | judge WxH FOLDER --copies N --same PERCENT --kind KIND --domain NAME --frames N --seconds N";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["scene", size, folder] => pictures::paint(size, folder),
         ["convert", size, format, folder] => convert::play(size, format, folder),
+        ["hold", sign] => hold::hold(sign),
         ["prove", camera, trace] => proof::prove(camera, trace),
         ["judge", size, folder, options @ ..] => judge::judge(size, folder, options),
         _ => Err(USAGE.into()),
