@@ -5,6 +5,7 @@
 //! fitted to the places where the grey values cross the threshold, which are edges to a fraction of a pixel; corners are
 //! where the lines meet (paper III-C fits lines to boundary points; here the crossings take their place).
 
+mod blank;
 mod contour;
 mod corners;
 mod edge;
@@ -77,6 +78,13 @@ impl<R: Raster> Source<'_, R> {
         let pixels = self.raster.width() * self.raster.height();
         self.clusters.components().len() > pixels / rules::PIXELS_A_COMPONENT
     }
+
+    /// The least length of a side between four points of an outline.
+    #[inline(always)]
+    fn rough_side(&self) -> f32 {
+        let share = if self.is_crowded() { rules::ROUGH_SIDE_IN_CROWD } else { rules::ROUGH_SIDE };
+        share * self.shortest_side as f32
+    }
 }
 
 /// Appends the quads of all components to `quads`.
@@ -143,18 +151,23 @@ fn fit_component<R: Raster>(
     component: &Component,
     scratch: &mut Scratch,
 ) -> Option<[[f64; 2]; 4]> {
+    let rough_side = source.rough_side();
+    // Four points of the outline lie in its box, and no convex quad is longer than the box around it.
+    if ((component.width() + component.height()) as f32) < 2.0 * rough_side {
+        return None;
+    }
     let profile = source.clusters.profile(component);
     if outline::is_ragged(&profile, component) {
         return None;
     }
     scratch.outline.fill(&profile, component);
-    if is_full(source, component, scratch.outline.area) {
+    let shows_cells = shows_cells(source, component);
+    if shows_cells && component.area as f32 > rules::FULLEST * scratch.outline.area {
         return None;
     }
     let four = corners::extreme_points(&scratch.outline)?;
     let start = scratch.outline.clockwise(four);
-    let rough_side = if source.is_crowded() { rules::ROUGH_SIDE_IN_CROWD } else { rules::ROUGH_SIDE };
-    if shape::shortest_of(&start) < rough_side * source.shortest_side as f32 {
+    if shape::shortest_of(&start) < rough_side {
         return None;
     }
     if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
@@ -166,6 +179,9 @@ fn fit_component<R: Raster>(
         dark_inside: source.border == Border::Normal,
         centre: scratch.outline.centre(),
     };
+    if shows_cells && blank::is_blank(&edges, &profile, four.map(|index| scratch.outline.pixel(index))) {
+        return None;
+    }
     let corners = if component.width() + component.height() < rules::CONTOUR_BELOW {
         scratch.contour.fill(&edges, &profile);
         scratch.contour.corners(four, profile.spans.len())
@@ -177,15 +193,14 @@ fn fit_component<R: Raster>(
         .then(|| corners.map(|[x, y]| [x + f64::from(edges.centre[0]), y + f64::from(edges.centre[1])]))
 }
 
-/// Whether nothing of the other colour lies inside of a component that cannot be a tag then. A black cell in a white border may
+/// Whether something of the other colour must lie inside of a component if it is to be a tag. A black cell in a white border may
 /// vanish in blur where cells are small, so that the rule holds for those only when they are large. In crowded frames it holds for
 /// white borders whatever the families: noise is full of specks, and few tags are white all over.
 #[inline(always)]
-fn is_full<R: Raster>(source: &Source<R>, component: &Component, outline_area: f32) -> bool {
+fn shows_cells<R: Raster>(source: &Source<R>, component: &Component) -> bool {
     let is_large = component.width() + component.height() >= rules::CELLS_ARE_SEEN_FROM;
-    let applies = match source.border {
+    match source.border {
         Border::Normal => !source.may_be_full,
         Border::Reversed => is_large && !source.may_be_full || source.is_crowded(),
-    };
-    applies && component.area as f32 > rules::FULLEST * outline_area
+    }
 }

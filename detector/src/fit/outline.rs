@@ -70,6 +70,15 @@ impl Outline {
         [self.xs[index], self.ys[index]]
     }
 
+    /// The pixel of the component that a point is the outer edge of.
+    #[inline(always)]
+    pub(super) fn pixel(&self, index: usize) -> [usize; 2] {
+        let rows = self.xs.len() / 2;
+        let top = (self.middle[1] as usize - rows) / 2;
+        let (right, row) = (index / rows, index % rows);
+        [self.xs[index] as usize / 2 - right, top + row]
+    }
+
     /// The middle of the box in pixels.
     pub(super) fn centre(&self) -> [f32; 2] {
         self.middle.map(|v| v as f32 * 0.5)
