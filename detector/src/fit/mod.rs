@@ -79,11 +79,10 @@ impl<R: Raster> Source<'_, R> {
         self.clusters.components().len() > pixels / rules::PIXELS_A_COMPONENT
     }
 
-    /// The least length of a side between four points of an outline.
+    /// How rough an outline may be.
     #[inline(always)]
-    fn rough_side(&self) -> f32 {
-        let share = if self.is_crowded() { rules::ROUGH_SIDE_IN_CROWD } else { rules::ROUGH_SIDE };
-        share * self.shortest_side as f32
+    fn rough(&self) -> &'static rules::Rough {
+        if self.is_crowded() { &rules::IN_CROWDS } else { &rules::IN_PICTURES }
     }
 }
 
@@ -151,13 +150,14 @@ fn fit_component<R: Raster>(
     component: &Component,
     scratch: &mut Scratch,
 ) -> Option<[[f64; 2]; 4]> {
-    let rough_side = source.rough_side();
+    let rough = source.rough();
+    let rough_side = rough.side * source.shortest_side as f32;
     // Four points of the outline lie in its box, and no convex quad is longer than the box around it.
     if ((component.width() + component.height()) as f32) < 2.0 * rough_side {
         return None;
     }
     let profile = source.clusters.profile(component);
-    if outline::is_ragged(&profile, component) {
+    if outline::is_ragged(&profile, component, rough.length) {
         return None;
     }
     scratch.outline.fill(&profile, component);
@@ -170,7 +170,8 @@ fn fit_component<R: Raster>(
     if shape::shortest_of(&start) < rough_side {
         return None;
     }
-    if scratch.outline.mean_distance(&start) > rules::outline_distance(scratch.outline.area) {
+    let borne = rough.distance * rules::outline_distance(scratch.outline.area);
+    if scratch.outline.mean_distance(&start) > borne {
         return None;
     }
     let edges = Edges {

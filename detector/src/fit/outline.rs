@@ -17,9 +17,9 @@ pub(super) struct Outline {
     pub(super) size: [usize; 2],
 }
 
-/// Whether the outline is much longer than a convex one of its box would be.
+/// Whether the outline is much longer than a convex one of its box would be: longer than this factor of what is borne.
 #[inline(always)]
-pub(super) fn is_ragged(profile: &Profile, component: &Component) -> bool {
+pub(super) fn is_ragged(profile: &Profile, component: &Component, factor: f32) -> bool {
     let spans = profile.spans;
     let width = |span: &[u16; 2]| i32::from(span[1]) - i32::from(span[0]);
     let mut length = 2 * spans.len() as i32;
@@ -27,7 +27,7 @@ pub(super) fn is_ragged(profile: &Profile, component: &Component) -> bool {
         length += i32::from(above[0].abs_diff(below[0])) + i32::from(above[1].abs_diff(below[1]));
     }
     length += width(&spans[0]) + width(&spans[spans.len() - 1]);
-    length > rules::longest_outline(component.width(), component.height())
+    length as f32 > factor * rules::longest_outline(component.width(), component.height())
 }
 
 impl Outline {

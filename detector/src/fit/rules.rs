@@ -9,8 +9,8 @@ pub(super) const CONTOUR_BELOW: usize = 64;
 pub(super) const LEAST_STEP: i32 = 2;
 
 /// A convex outline is as long as its box, 2 (w + h). Blobs with arms are longer.
-pub(super) fn longest_outline(width: usize, height: usize) -> i32 {
-    (1.35 * 2.0 * (width + height) as f32) as i32 + 8
+pub(super) fn longest_outline(width: usize, height: usize) -> f32 {
+    (1.35 * 2.0 * (width + height) as f32).trunc() + 8.0
 }
 
 /// The largest share of its outline that a black component may fill: inside of a tag's border there is white. None of some
@@ -24,11 +24,22 @@ pub(super) const CELLS_ARE_SEEN_FROM: usize = 32;
 /// many.
 pub(super) const PIXELS_A_COMPONENT: usize = 640;
 
-/// Share of the shortest side of a tag that the sides between four points of the outline must have: fitting moves a corner by a
-/// pixel or two. Spares two thirds of the fits in noise.
-pub(super) const ROUGH_SIDE: f32 = 0.6;
-/// The same in crowded frames. It costs up to a hundredth of the tags when decimated.
-pub(super) const ROUGH_SIDE_IN_CROWD: f32 = 0.8;
+/// How much is borne of an outline before a side is fitted to pixels.
+pub(super) struct Rough {
+    /// Share of the shortest side of a tag that the sides between four points of the outline must have: fitting moves a corner
+    /// by a pixel or two.
+    pub(super) side: f32,
+    /// Factor of [`longest_outline`].
+    pub(super) length: f32,
+    /// Factor of [`outline_distance`].
+    pub(super) distance: f32,
+}
+
+/// Spares two thirds of the fits in noise.
+pub(super) const IN_PICTURES: Rough = Rough { side: 0.6, length: 1.0, distance: 1.0 };
+/// In crowded frames: spares another half of the fits in noise. If all frames were taken for crowded, a hundredth of the tags would be
+/// lost at decimation 1, and a fiftieth at 1.5 to 3.
+pub(super) const IN_CROWDS: Rough = Rough { side: 0.8, length: 0.8, distance: 0.75 };
 
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
