@@ -37,8 +37,8 @@ pub(super) struct Rough {
 
 /// Spares two thirds of the fits in noise.
 pub(super) const IN_PICTURES: Rough = Rough { side: 0.6, length: 1.0, distance: 1.0 };
-/// In crowded frames: spares another half of the fits in noise. If all frames were taken for crowded, a hundredth of the tags would be
-/// lost at decimation 1, and a fiftieth at 1.5 to 3.
+/// In crowded frames: spares another half of the fits in noise. If all frames were taken for crowded, 6 of 1,003 tags would be
+/// lost at decimation 1, and 19 of 1,954 at 1.5 to 3.
 pub(super) const IN_CROWDS: Rough = Rough { side: 0.8, length: 0.8, distance: 0.75 };
 
 /// How far the area of the outline may be from that of the quad of its extreme points.
