@@ -142,7 +142,7 @@ impl<F: FnMut(Phase)> OnRaster for GridSearch<'_, F> {
             self.binarize(raster, *scale);
             (self.done)(Phase::Binarize);
             for border in [Border::Normal, Border::Reversed] {
-                self.find_quads(raster, border);
+                self.find_quads(raster, border, scale.contrast());
             }
         }
     }
@@ -156,7 +156,7 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
     }
 
     /// Adds the quads that have this border, if any family has.
-    fn find_quads<R: Raster>(&mut self, raster: R, border: Border) {
+    fn find_quads<R: Raster>(&mut self, raster: R, border: Border, contrast: Contrast) {
         let readers = || self.readers.iter().filter(|reader| reader.border == border);
         let Some(narrowest) = readers().map(|reader| reader.width).min_by(f64::total_cmp) else { return };
         let may_be_full = readers().any(|reader| reader.may_be_full);
@@ -170,7 +170,8 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
         let shortest_side = shortest_side(narrowest, self.factor);
         clusters.fill(self.level, self.threads, &plane, &limits(shortest_side));
         (self.done)(Phase::Cluster);
-        let source = Source { raster, cuts: &planes.cuts, clusters, border, shortest_side, may_be_full };
+        let source =
+            Source { raster, cuts: &planes.cuts, clusters, border, shortest_side, contrast, may_be_full };
         fit_quads(self.level, self.threads, &source, fit, quads);
         (self.done)(Phase::Fit);
     }

@@ -40,6 +40,15 @@ pub(crate) enum Scale {
     Two(Contrast),
 }
 
+impl Scale {
+    /// How far extremes must be apart at this scale.
+    pub(crate) fn contrast(self) -> Contrast {
+        match self {
+            Self::Four(contrast) | Self::Two(contrast) => contrast,
+        }
+    }
+}
+
 /// How far the extremes around a tile must be apart.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Contrast {

@@ -15,8 +15,8 @@ mod rules;
 mod shape;
 mod sides;
 
-use crate::binarize::Cuts;
 use crate::binarize::raster::Raster;
+use crate::binarize::{Contrast, Cuts};
 use crate::cluster::{Clusters, Component};
 use crate::numbered::Numbered;
 use crate::simd::{Kernel, Level};
@@ -67,6 +67,8 @@ pub(crate) struct Source<'a, R> {
     pub(crate) border: Border,
     /// The least length of a side, in pixels of the search grid.
     pub(crate) shortest_side: f64,
+    /// How much contrast there had to be for a pixel to be dark or bright.
+    pub(crate) contrast: Contrast,
     /// Whether a tag may show nothing but its border's colour inside of it.
     pub(crate) may_be_full: bool,
 }
@@ -82,7 +84,11 @@ impl<R: Raster> Source<'_, R> {
     /// How rough an outline may be.
     #[inline(always)]
     fn rough(&self) -> &'static rules::Rough {
-        if self.is_crowded() { &rules::IN_CROWDS } else { &rules::IN_PICTURES }
+        match (self.is_crowded(), self.contrast) {
+            (false, _) => &rules::IN_PICTURES,
+            (true, Contrast::Measured) => &rules::IN_CROWDS,
+            (true, Contrast::Least(_)) => &rules::IN_NOISE,
+        }
     }
 }
 

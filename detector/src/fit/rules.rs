@@ -40,6 +40,8 @@ pub(super) const IN_PICTURES: Rough = Rough { side: 0.6, length: 1.0, distance: 
 /// In crowded frames: spares another half of the fits in noise. If all frames were taken for crowded, 6 of 1,003 tags would be
 /// lost at decimation 1, and 19 of 1,954 at 1.5 to 3.
 pub(super) const IN_CROWDS: Rough = Rough { side: 0.8, length: 0.8, distance: 0.75 };
+/// In crowded frames of a search that asks for hardly more contrast than there is noise: there outlines of tags are as rough as others.
+pub(super) const IN_NOISE: Rough = Rough { side: 0.8, length: 1.0, distance: 1.0 };
 
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
