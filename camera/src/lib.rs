@@ -45,6 +45,7 @@ pub use format::{FORMATS, FrameShape, RAW_FORMATS, UnknownFormat, parse_format};
 mod grey;
 mod jpeg;
 pub mod picture;
+mod unpack;
 
 pub mod source;
 

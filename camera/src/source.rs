@@ -142,8 +142,10 @@ pub enum OpenError {
         path: PathBuf,
         /// Bytes in the file.
         length: u64,
-        /// Format and size that were given.
-        shape: FrameShape,
+        /// Size and format that were given.
+        frame: String,
+        /// Bytes of such a frame.
+        needed: usize,
     },
     /// The source does not make frames of the format that was given.
     Format {
@@ -186,9 +188,8 @@ impl fmt::Display for OpenError {
             Self::SizeMissing { path } => {
                 write!(f, "{}: a raw file needs --width and --height beside --format", path.display())
             }
-            Self::TooShort { path, length, shape } => {
-                let needed = shape.bytes();
-                write!(f, "{}: {length} bytes, but one frame of {shape} has {needed}", path.display())
+            Self::TooShort { path, length, frame, needed } => {
+                write!(f, "{}: {length} bytes, but one frame of {frame} has {needed}", path.display())
             }
             Self::Format { source, format } => {
                 write!(f, "{source}: makes GREY frames, not {format}; --format is for raw files and devices")
@@ -248,9 +249,7 @@ fn open_file(path: &Path, options: &SourceOptions) -> Result<Box<dyn FrameSource
         let (Some(width), Some(height)) = (options.width, options.height) else {
             return Err(OpenError::SizeMissing { path: path.into() });
         };
-        let shape = FrameShape::new(format, width, height);
-        let shape = shape.map_err(|error| OpenError::Shape { path: path.into(), error })?;
-        return Ok(Box::new(RawSource::open(path, shape, options.repeat)?));
+        return Ok(Box::new(RawSource::open(path, format, [width, height], options.repeat)?));
     }
     if mjpeg::holds_video(path).map_err(|error| OpenError::Io { path: path.into(), error })? {
         return Ok(Box::new(MjpegSource::open(path, options.repeat)?));

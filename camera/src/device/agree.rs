@@ -8,9 +8,9 @@ use tagbus_message::frame::{Fourcc, GREY, MJPG, NV12, NV21, UYVY, YU12, YUYV};
 use super::kernel::{DriverFormat, Port};
 use super::layout::{Layout, layout};
 use super::list::entries;
-use super::unpack::Unpack;
 use crate::config::SourceOptions;
 use crate::format::FrameShape;
+use crate::unpack::Unpack;
 
 /// A format that devices have, and what becomes of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,8 +35,11 @@ const fn pixels(device: &[u8; 4], published: Fourcc) -> Usable {
     Usable { device: Fourcc::new(*device), published, content: Content::Pixels }
 }
 
-const fn packed(device: &[u8; 4], unpack: Unpack) -> Usable {
-    Usable { device: Fourcc::new(*device), published: GREY, content: Content::Packed(unpack) }
+/// For the table below only, which is made when this is compiled: what it does not know does not compile.
+const fn packed(device: &[u8; 4]) -> Usable {
+    let device = Fourcc::new(*device);
+    let Some(unpack) = Unpack::of(device) else { panic!("the table names a format that nothing unpacks") };
+    Usable { device, published: GREY, content: Content::Packed(unpack) }
 }
 
 /// The formats that can be used, best first: few bytes with contiguous luma, then luma between chroma, then what has to be
@@ -52,16 +55,16 @@ const USABLE: [Usable; 19] = [
     pixels(b"YM12", YU12),
     pixels(b"YUYV", YUYV),
     pixels(b"UYVY", UYVY),
-    packed(b"Y10P", Unpack::Packed10),
-    packed(b"Y10 ", Unpack::Words { shift: 2 }),
-    packed(b"Y12 ", Unpack::Words { shift: 4 }),
-    packed(b"Y16 ", Unpack::Words { shift: 8 }),
+    packed(b"Y10P"),
+    packed(b"Y10 "),
+    packed(b"Y12 "),
+    packed(b"Y16 "),
     Usable { device: MJPG, published: GREY, content: Content::Jpeg },
     Usable { device: Fourcc::new(*b"JPEG"), published: GREY, content: Content::Jpeg },
-    packed(b"GRBG", Unpack::Bayer { green: 0 }),
-    packed(b"GBRG", Unpack::Bayer { green: 0 }),
-    packed(b"RGGB", Unpack::Bayer { green: 1 }),
-    packed(b"BA81", Unpack::Bayer { green: 1 }),
+    packed(b"GRBG"),
+    packed(b"GBRG"),
+    packed(b"RGGB"),
+    packed(b"BA81"),
 ];
 
 /// What was agreed with a device.

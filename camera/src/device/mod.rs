@@ -29,8 +29,6 @@ mod stamps;
 mod stream;
 
 mod transfer;
-#[cfg(feature = "v4l")]
-mod unpack;
 
 pub use transfer::Transfer;
 

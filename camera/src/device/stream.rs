@@ -16,13 +16,13 @@ use super::kernel::{Dequeued, LoanQueue, MappedQueue, Port};
 use super::layout::Layout;
 use super::stamps::Stamps;
 use super::transfer::Transfer;
-use super::unpack::Unpack;
 use crate::jpeg::{LumaDecoder, MarkerWalk, Walk};
 use crate::loan::Loan;
 use crate::outlet::Outlet;
 use crate::publish::Moment;
 use crate::run::{CameraError, CameraEvent};
 use crate::source::{Damage, Filled};
+use crate::unpack::Unpack;
 
 /// Frames that wait in the driver's queue to be filled: all loans but the one that is being sent.
 const QUEUED: usize = FRAMES.loans - 1;

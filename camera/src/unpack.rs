@@ -1,4 +1,4 @@
-//! Luma of 8 bits out of deeper, packed or mosaic values, in the one pass from the driver's memory into a loan.
+//! Luma of 8 bits out of deeper, packed or mosaic values, in the one pass from a driver's memory, or a file's bytes, into a loan.
 //!
 //! ```text
 //! Y10 Y12 Y16   two bytes a value, low byte first; the value in the low 10, 12 or 16 bits
@@ -9,9 +9,11 @@
 //!
 //! The eight high bits are kept: two more bits are below the noise of the sensors that deliver them.
 
+use tagbus_message::frame::Fourcc;
+
 /// How luma is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unpack {
+pub(crate) enum Unpack {
     /// Words of 16 bits, shifted so far to the right.
     Words {
         /// Bits that are dropped.
@@ -27,8 +29,21 @@ pub(super) enum Unpack {
 }
 
 impl Unpack {
+    /// How a format stores luma; `None` for one that is published as it is, or that is not known.
+    pub(crate) const fn of(format: Fourcc) -> Option<Unpack> {
+        Some(match &format.0.to_le_bytes() {
+            b"Y10P" => Self::Packed10,
+            b"Y10 " => Self::Words { shift: 2 },
+            b"Y12 " => Self::Words { shift: 4 },
+            b"Y16 " => Self::Words { shift: 8 },
+            b"GRBG" | b"GBRG" => Self::Bayer { green: 0 },
+            b"RGGB" | b"BA81" => Self::Bayer { green: 1 },
+            _ => return None,
+        })
+    }
+
     /// Bytes that a row of `width` values takes.
-    pub(super) fn row_bytes(self, width: usize) -> usize {
+    pub(crate) fn row_bytes(self, width: usize) -> usize {
         match self {
             Self::Words { .. } => 2 * width,
             Self::Packed10 => width.div_ceil(4) * 5,
@@ -37,7 +52,7 @@ impl Unpack {
     }
 
     /// Writes rows of `width` bytes to `luma`, out of rows that lie `stride` bytes apart in `from`.
-    pub(super) fn unpack(self, from: &[u8], stride: usize, width: usize, luma: &mut [u8]) {
+    pub(crate) fn unpack(self, from: &[u8], stride: usize, width: usize, luma: &mut [u8]) {
         let height = luma.len() / width;
         let row = |y: usize| &from[y * stride..][..self.row_bytes(width)];
         for (y, luma) in luma.chunks_exact_mut(width).enumerate() {
