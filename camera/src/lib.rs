@@ -67,6 +67,7 @@ mod pace;
 mod space;
 pub use space::{Space, SpaceError};
 
+mod desk;
 #[allow(unsafe_code, reason = "the one place that says that lent shared memory is initialised")]
 mod loan;
 mod outlet;

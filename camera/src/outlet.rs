@@ -14,6 +14,7 @@ use tagbus_message::stop::Stop;
 use tagbus_message::text;
 
 use crate::config::CameraConfig;
+use crate::desk::{Controls, Desk};
 use crate::format::FrameShape;
 use crate::loan::{self, Loan};
 use crate::publish::{Epoch, FramePublisher, Lost, Moment, NoMemory};
@@ -40,6 +41,7 @@ pub(crate) struct Offer<'a> {
 pub(crate) struct Outlet<'a> {
     publisher: FramePublisher,
     info_out: InfoOut<ipc::Service>,
+    desk: Desk,
     pub(crate) info: CameraInfo,
     /// Frames given up since the last one that was sent.
     pub(crate) lost: Lost,
@@ -65,12 +67,14 @@ impl<'a> Outlet<'a> {
         let bus = Bus::<ipc::Service>::start(&config.domain, &format!("camera {}", config.camera), stop)?;
         let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
         let info_out = bus.create_info(&config.camera)?;
+        let desk = Desk::new(bus.create_camera_control(&config.camera)?);
         report(CameraEvent::Started { shape, reserved: frames.reserved(), space });
         let info = describe(config, offer);
         let epoch = Epoch { number: info.epoch, info_number: 1, frame_time: offer.frame_time };
         Ok(Outlet {
             publisher: FramePublisher::new(frames, epoch, shape),
             info_out,
+            desk,
             info,
             lost: Lost::default(),
             summary: Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped },
@@ -168,18 +172,29 @@ impl<'a> Outlet<'a> {
 
     /// Publishes a state. A subscriber that cannot be told now gets it with the next greeting.
     pub(crate) fn announce(&mut self, state: CameraState) {
-        self.info.number += 1;
         self.info.state = state.code();
-        self.info.updated_ns = clock::monotonic_ns();
-        self.info.wall_offset_ns = clock::wall_offset_ns();
-        self.publisher.set_info(&self.info);
-        let _ = self.info_out.publish(&self.info);
+        announce(&mut self.info, &mut self.publisher, &self.info_out);
+    }
+
+    /// Answers those who ask, and sets controls for them. To be called between frames; when nobody asks, hardly any time passes.
+    pub(crate) fn answer(&mut self, controls: &mut dyn Controls) {
+        let Self { publisher, info_out, desk, info, summary, .. } = self;
+        desk.look(summary, info, controls, &mut |info| announce(info, publisher, info_out));
     }
 
     /// Tells the user.
     pub(crate) fn tell(&mut self, event: CameraEvent) {
         (self.report)(event);
     }
+}
+
+/// Publishes the information with the next number, which frames name from here on.
+fn announce(info: &mut CameraInfo, publisher: &mut FramePublisher, info_out: &InfoOut<ipc::Service>) {
+    info.number += 1;
+    info.updated_ns = clock::monotonic_ns();
+    info.wall_offset_ns = clock::wall_offset_ns();
+    publisher.set_info(info);
+    let _ = info_out.publish(info);
 }
 
 /// What the camera says about itself; number and state come with each announcement.

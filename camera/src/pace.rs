@@ -6,6 +6,9 @@ use tagbus_message::stop::Stop;
 
 use crate::config::Pace;
 
+/// A camera sleeps no longer without looking whether somebody asks it something.
+const LONGEST_SLEEP: Duration = Duration::from_millis(50);
+
 /// Due times on a fixed grid: an early or late frame does not shift those that follow.
 #[derive(Debug)]
 pub(crate) struct Pacer {
@@ -26,11 +29,24 @@ impl Pacer {
         self.period
     }
 
-    /// Sleeps until the next frame is due or a stop is asked for; says whether a stop was asked for.
-    pub(crate) fn wait(&mut self, stop: &Stop) -> bool {
-        let now = Instant::now();
-        let pause = self.next_pause(now);
-        if pause.is_zero() { stop.is_triggered() } else { stop.wait(pause) }
+    /// Sleeps until the next frame is due or a stop is asked for; says whether a stop was asked for. During a long sleep
+    /// `meanwhile` is called now and then.
+    pub(crate) fn wait(&mut self, stop: &Stop, mut meanwhile: impl FnMut()) -> bool {
+        let begun = Instant::now();
+        let pause = self.next_pause(begun);
+        if pause.is_zero() {
+            return stop.is_triggered();
+        }
+        loop {
+            let left = pause.saturating_sub(begun.elapsed());
+            if stop.wait(left.min(LONGEST_SLEEP)) {
+                return true;
+            }
+            if left <= LONGEST_SLEEP {
+                return false;
+            }
+            meanwhile();
+        }
     }
 
     /// Time from `now` until the next frame is due, and the step to the one after it.
@@ -83,10 +99,10 @@ mod tests {
     fn a_stop_ends_the_longest_pause() {
         let stop = Stop::new().unwrap();
         let mut pacer = Pacer::new(Pace::Framerate(1e-6), Instant::now());
-        assert!(!pacer.wait(&stop));
+        assert!(!pacer.wait(&stop, || ()));
         let trigger = stop.clone();
         let thread = std::thread::spawn(move || trigger.trigger());
-        assert!(pacer.wait(&stop));
+        assert!(pacer.wait(&stop, || ()));
         thread.join().unwrap();
     }
 }

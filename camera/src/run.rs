@@ -19,6 +19,7 @@ use tagbus_message::qos::{FRAMES, Reserved};
 use tagbus_message::stop::Stop;
 
 use crate::config::{CameraConfig, Source};
+use crate::desk::NoControls;
 use crate::device::{self, Transfer};
 use crate::format::FrameShape;
 use crate::outlet::{Offer, Outlet};
@@ -312,8 +313,11 @@ impl Camera<'_> {
     }
 
     fn stream(&mut self, stop: &Stop) -> Result<Ending, CameraError> {
-        while !self.pacer.wait(stop) {
+        let mut controls =
+            NoControls("frames of this source come without a device, so there are no controls");
+        while !self.pacer.wait(stop, || self.outlet.answer(&mut controls)) {
             self.outlet.greet();
+            self.outlet.answer(&mut controls);
             if !self.publish_next()? {
                 return Ok(Ending::SourceEnded);
             }

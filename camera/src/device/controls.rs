@@ -11,6 +11,7 @@ use std::io;
 
 use super::kernel::{ControlKind, DriverControl, Port};
 use crate::control::{ControlInfo, ControlSetting, ControlSettings, identifier};
+use crate::desk::{Changed, Controls};
 
 /// Longer lists, and longer menus, are a driver's fault.
 const MOST_ENTRIES: usize = 1024;
@@ -91,6 +92,31 @@ pub(super) fn exposure(port: &Port) -> Exposure {
     let time = port.control(EXPOSURE_TIME).ok().and_then(|time| u64::try_from(time).ok());
     let is_automatic = matches!(port.control(EXPOSURE_AUTO), Ok(0 | 3));
     Exposure { time_ns: time.unwrap_or(0).saturating_mul(100_000), is_automatic }
+}
+
+/// The controls of a device that streams, as others may set them.
+pub(super) struct OfDevice<'a> {
+    pub(super) port: &'a Port,
+    /// What is set again whenever the device is opened.
+    pub(super) kept: &'a mut ControlSettings,
+}
+
+impl Controls for OfDevice<'_> {
+    fn list(&self) -> Vec<ControlInfo> {
+        list(self.port).unwrap_or_default()
+    }
+
+    fn set(&mut self, settings: &ControlSettings) -> Result<Changed, String> {
+        let applied = apply(self.port, settings)?;
+        for setting in &settings.0 {
+            self.kept.0.retain(|kept| kept.name != setting.name);
+            self.kept.0.push(setting.clone());
+        }
+        let Exposure { time_ns, is_automatic } = exposure(self.port);
+        let exposure_ns = if is_automatic { 0 } else { time_ns };
+        let text = applied.iter().map(Applied::text).collect::<Vec<_>>().join(", ");
+        Ok(Changed { text, exposure_ns, is_automatic })
+    }
 }
 
 /// A setting that was found to be possible.

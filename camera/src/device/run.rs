@@ -16,13 +16,15 @@ use tagbus_message::stop::Stop;
 use tagbus_message::wait::{Waiter, Wake, wait_set};
 
 use super::agree::{Agreement, Content, NoAgreement, agree};
-use super::controls::{self, Applied};
+use super::controls::{self, Applied, OfDevice};
 use super::identity::Identity;
 use super::kernel::{About, Port};
 use super::refusal::{self, ASKING};
 use super::stream::{Broken, Stream};
 use super::transfer::Transfer;
 use crate::config::CameraConfig;
+use crate::control::ControlSettings;
+use crate::desk::NoControls;
 use crate::outlet::{GREETING_PERIOD, Offer, Outlet};
 use crate::run::{CameraError, CameraEvent, Ending, Summary};
 use crate::source::{Damage, OpenError};
@@ -47,7 +49,7 @@ pub(crate) fn publish(
     report: &mut dyn FnMut(CameraEvent),
 ) -> Result<Summary, CameraError> {
     let identity = Identity::of(path);
-    let device = Opened::at(path, config).map_err(OpenError::Device)?;
+    let device = Opened::at(path, config, &config.options.controls).map_err(OpenError::Device)?;
     let offer = Offer {
         largest: device.said.agreed.layout.shape,
         stored_format: device.said.agreed.driver.fourcc,
@@ -55,8 +57,14 @@ pub(crate) fn publish(
         frame_time: device.said.agreed.frame_time,
     };
     let outlet = Outlet::open(config, &offer, stop, report)?;
-    let camera =
-        DeviceCamera { config, identity, outlet, damage: Damage::default(), frame_time: offer.frame_time };
+    let camera = DeviceCamera {
+        config,
+        controls: config.options.controls.clone(),
+        identity,
+        outlet,
+        damage: Damage::default(),
+        frame_time: offer.frame_time,
+    };
     camera.work(device, stop)
 }
 
@@ -76,7 +84,7 @@ struct Said {
 
 impl Opened {
     /// Opens the device and asks for what the configuration says; an error says why not and what helps.
-    fn at(path: &Path, config: &CameraConfig) -> Result<Opened, String> {
+    fn at(path: &Path, config: &CameraConfig, controls: &ControlSettings) -> Result<Opened, String> {
         let failed = |doing: &str, error: &io::Error| refusal::call(path, doing, error);
         let mut port = Port::open(path).map_err(|error| failed("opening it", &error))?;
         let about = port.about().map_err(|error| failed(ASKING, &error))?;
@@ -88,7 +96,7 @@ impl Opened {
             NoAgreement::Unfit(reason) => format!("{}: {}: {reason}", path.display(), about.card),
         })?;
         // After the format, with which some devices set their controls anew.
-        let controls = controls::apply(&port, &config.options.controls)
+        let controls = controls::apply(&port, controls)
             .map_err(|reason| format!("{}: {}: {reason}", path.display(), about.card))?;
         Ok(Opened { port, said: Said { path: path.into(), about, agreed, controls } })
     }
@@ -96,6 +104,8 @@ impl Opened {
 
 struct DeviceCamera<'a> {
     config: &'a CameraConfig,
+    /// Set whenever the device is opened: those of the configuration, and those that were set since.
+    controls: ControlSettings,
     identity: Identity,
     outlet: Outlet<'a>,
     damage: Damage,
@@ -155,7 +165,7 @@ impl DeviceCamera<'_> {
             Err(error) => error,
         };
         // The queue is in a state that nobody knows: the device is opened anew.
-        let device = Opened::at(&said.path, self.config).map_err(io::Error::other)?;
+        let device = Opened::at(&said.path, self.config, &self.controls).map_err(io::Error::other)?;
         let reason = format!("the driver {} refuses our memory: {error}", said.about.driver);
         self.begin_mapped(device, reason)
     }
@@ -206,6 +216,7 @@ impl DeviceCamera<'_> {
                 }
             }
             self.outlet.greet();
+            self.outlet.answer(&mut OfDevice { port: stream.port(), kept: &mut self.controls });
             if last_frame.elapsed() >= patience {
                 let silence = format!("no frame for {:.1} s", last_frame.elapsed().as_secs_f64());
                 return Err(io::Error::new(io::ErrorKind::TimedOut, silence).into());
@@ -230,6 +241,7 @@ impl DeviceCamera<'_> {
                 return None;
             }
             self.outlet.greet();
+            self.outlet.answer(&mut NoControls("the device is not there at present"));
             match node.map(|node| self.open_again(&node)) {
                 Some(Ok(stream)) => {
                     self.count_missed(gone.elapsed());
@@ -242,7 +254,7 @@ impl DeviceCamera<'_> {
     }
 
     fn open_again(&mut self, node: &Path) -> Result<Stream, String> {
-        let device = Opened::at(node, self.config)?;
+        let device = Opened::at(node, self.config, &self.controls)?;
         let (seen, expected) = (device.said.agreed.layout.shape, self.outlet.largest());
         if seen.bytes() > expected.bytes() {
             return Err(format!(

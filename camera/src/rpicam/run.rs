@@ -14,6 +14,7 @@ use tagbus_message::wait::{Waiter, Wake, wait_set};
 use super::program::{Program, Running};
 use super::reader::{FrameReader, Progress};
 use crate::config::CameraConfig;
+use crate::desk::NoControls;
 use crate::device::Transfer;
 use crate::format::FrameShape;
 use crate::loan::Loan;
@@ -37,6 +38,9 @@ const SILENT_FRAMES: u32 = 20;
 
 /// Pause when no memory is free for a frame, which happens only when processes died that held more than their share.
 const NO_MEMORY_PAUSE: Duration = Duration::from_millis(1);
+
+/// Why nothing can be set while it runs.
+const FIXED_OPTIONS: &str = "the program that writes the frames takes its options at its start only: start the camera anew with other --control";
 
 /// Pause before the program is started again.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -147,6 +151,7 @@ impl PipeCamera<'_> {
         let readiness = running.readiness()?;
         let _guard = set.attach_notification(&readiness).map_err(|error| trouble(&error))?;
         let mut reader = FrameReader::new(self.shape);
+        let mut controls = NoControls(FIXED_OPTIONS);
         let mut loan = None;
         let mut last_frame = Instant::now();
         loop {
@@ -154,6 +159,7 @@ impl PipeCamera<'_> {
                 return Ok(Ok(Over::Stopped));
             }
             self.outlet.greet();
+            self.outlet.answer(&mut controls);
             let before = self.frames;
             match self.take(running, &mut reader, &mut loan)? {
                 Ok(None) => {}
