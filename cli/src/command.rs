@@ -9,13 +9,14 @@ use serde::de::DeserializeOwned;
 
 use crate::camera::CameraCommand;
 use crate::config::{self, File};
+use crate::control::ControlCommand;
 use crate::detect::DetectCommand;
 use crate::family::FamilyCommand;
 use crate::outcome::{Failure, Outcome};
 use crate::run::RunCommand;
 use crate::service::ServiceCommand;
 use crate::watch::WatchCommand;
-use crate::{camera, detect, family, run, service, watch};
+use crate::{camera, control, detect, family, run, service, watch};
 
 /// A perception bus for AprilTags: frames in shared memory, tags a few microseconds after the detector knows them.
 #[derive(Parser)]
@@ -52,6 +53,8 @@ enum Command {
     Camera(CameraCommand),
     Service(ServiceCommand),
     Watch(WatchCommand),
+    #[command(subcommand)]
+    Control(ControlCommand),
     Detect(DetectCommand),
     #[command(subcommand)]
     Family(FamilyCommand),
@@ -80,6 +83,7 @@ pub(crate) fn execute() -> Result<Outcome, Failure> {
         Command::Camera(command) => camera::execute(command, &invocation),
         Command::Service(command) => service::execute(command, &invocation),
         Command::Watch(command) => watch::execute(command, &invocation),
+        Command::Control(command) => control::execute(command, &invocation),
         Command::Detect(command) => detect::execute(command, &invocation),
         Command::Family(command) => family::execute(command, &invocation),
     }

@@ -9,6 +9,7 @@ use tagbus_detector::{
     Decimation, Level, Refinement, Sampling, Search, Settings, SettingsError, UnknownLevel,
 };
 use tagbus_family::{Family, UnknownFamily};
+use tagbus_message::control::Region;
 use tagbus_message::domain::{DEFAULT_DOMAIN, Domain, DomainError};
 
 use crate::chosen_family::{FamilyList, capped};
@@ -123,6 +124,17 @@ impl DetectorFlags {
     }
 }
 
+/// Which part of each frame.
+#[derive(Clone, Debug, clap::Args, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[command(next_help_heading = "Detector")]
+pub(crate) struct RegionFlag {
+    /// Search only this part of each frame, in its pixels, such as 100,50,640x360; by default the whole frame
+    #[arg(long, value_name = "X,Y,WIDTHxHEIGHT")]
+    #[serde(default, with = "text::optional")]
+    pub(crate) region: Option<Region>,
+}
+
 /// Ids and ranges of ids, separated by commas, as they were written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct IdList(Vec<(u32, u32)>);
@@ -134,6 +146,11 @@ impl IdList {
     /// The single ids.
     pub(crate) fn ids(&self) -> Vec<u32> {
         self.0.iter().flat_map(|&(first, last)| first..=last).collect()
+    }
+
+    /// As they were written: first and last id of each.
+    pub(crate) fn ranges(&self) -> &[(u32, u32)] {
+        &self.0
     }
 }
 

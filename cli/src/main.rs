@@ -3,7 +3,8 @@
 //! ```text
 //! command line ─▶ command ─▶ flags over file over defaults ─▶ one module a subcommand ─▶ outcome ─▶ exit code
 //!                             (config)                         family, detect, camera,    0 done
-//!                                                              service, watch, run        1 nothing found, 2 failed
+//!                                                              service, watch, run,       1 nothing found, 2 failed
+//!                                                              control
 //! ```
 #![forbid(unsafe_code)]
 
@@ -18,6 +19,7 @@ mod tag_json;
 
 mod camera;
 mod chosen_family;
+mod control;
 mod detect;
 mod family;
 mod run;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use tagbus_service::{ServiceConfig, run};
 
 use crate::command::Invocation;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, RegionFlag};
 use crate::outcome::{Failure, Outcome, complain};
 use crate::role;
 
@@ -15,8 +15,10 @@ use crate::role;
   tagbus service
   tagbus service --camera cam1 --family tagStandard41h12,tag36h11 --decimate 1
   tagbus service --detector near --decimate 3 --ids 1-20
+  tagbus service --region 320,0,640x480
 
-The camera may start later, end, and start again.")]
+The camera may start later, end, and start again. All parameters can be changed
+while it runs: tagbus control detector.")]
 pub(crate) struct ServiceCommand {
     #[command(flatten)]
     flags: ServiceFlags,
@@ -35,6 +37,9 @@ pub(crate) struct ServiceFlags {
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) detector: DetectorFlags,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) part: RegionFlag,
 }
 
 /// Detects until somebody ends it.
@@ -46,6 +51,7 @@ pub(crate) fn execute(command: ServiceCommand, invocation: &Invocation) -> Resul
     config.camera = flags.bus.camera;
     config.detector = flags.name.detector;
     config.settings = settings;
+    config.region = flags.part.region;
     let role = format!("detector {} of {}", config.detector, config.camera);
     config.report = Box::new(move |report| complain(format_args!("{role}: {report}")));
     run(config, stop)?;

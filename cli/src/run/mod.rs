@@ -12,7 +12,7 @@ use crate::camera::{CameraFlags, SourceFlags};
 use crate::chosen_family::FamilyList;
 use crate::command::Invocation;
 use crate::config::arguments;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, RegionFlag};
 use crate::outcome::{Failure, Outcome};
 use crate::service::ServiceFlags;
 use crate::watch::{ViewFlags, WatchFlags};
@@ -54,6 +54,9 @@ struct RunFlags {
     #[command(flatten)]
     #[serde(flatten)]
     detector: DetectorFlags,
+    #[command(flatten)]
+    #[serde(flatten)]
+    part: RegionFlag,
 }
 
 impl RunFlags {
@@ -68,12 +71,12 @@ impl RunFlags {
 
     /// The three processes. Those who listen come first: less is missed.
     fn children(self) -> Result<[Child; 3], Failure> {
-        let Self { bus, name, view, source, mut detector, .. } = self;
+        let Self { bus, name, view, source, mut detector, part, .. } = self;
         if detector.family.is_none() && source.is_scene() {
             detector.family = Some(FamilyList::of_scene()?);
         }
         let watch = WatchFlags { bus: bus.clone(), name: name.clone(), view };
-        let service = ServiceFlags { bus: bus.clone(), name, detector };
+        let service = ServiceFlags { bus: bus.clone(), name, detector, part };
         let camera = CameraFlags::new(bus, source);
         Ok([
             Child::new(Role::Watch, arguments(&watch)?)?,

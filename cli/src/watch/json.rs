@@ -21,6 +21,7 @@ struct MessageJson<'a> {
     send_ns: u64,
     client_ns: u64,
     frames_dropped: u32,
+    change: u64,
     detections: Vec<TagJson<'a>>,
 }
 
@@ -41,6 +42,7 @@ pub(super) fn line(camera: &str, detector: &str, detections: &Detections) -> Res
         send_ns: header.send_ns,
         client_ns: detections.client_ns(),
         frames_dropped: header.skipped,
+        change: header.control_number,
         detections: detections.tags().iter().map(TagJson::of_message).collect(),
     };
     Ok(serde_json::to_string(&message)?)

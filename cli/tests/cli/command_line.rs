@@ -67,6 +67,8 @@ fn every_command_has_a_help_with_examples() {
         "camera",
         "service",
         "watch",
+        "control detector",
+        "control camera",
         "detect",
         "family list",
         "family show",

@@ -6,6 +6,7 @@ mod support;
 
 mod bad_input;
 mod command_line;
+mod controlling;
 mod families_of_others;
 mod generating;
 mod killing;
