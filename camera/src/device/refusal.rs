@@ -26,6 +26,10 @@ pub(super) fn call(path: &Path, doing: &str, error: &io::Error) -> String {
         Some(Errno::BUSY) => format!(
             "{device}: busy while {doing}: another program streams from it; end it (`fuser -v {device}` names it) or use another device"
         ),
+        Some(Errno::PIPE | Errno::NOLINK) => format!(
+            "{device}: {doing} failed: its parts are not linked, or their formats do not fit each other: set them to one size and format \
+             (`media-ctl -p` shows them, `media-ctl -V` sets them)"
+        ),
         Some(Errno::NOTTY | Errno::INVAL) if doing == ASKING => {
             format!("{device}: not a video device; `tagbus camera --list` shows those there are")
         }
@@ -95,6 +99,8 @@ mod tests {
         assert!(busy.contains("busy") && busy.contains("fuser -v /dev/null"), "{busy}");
         assert!(said(Errno::NOTTY, ASKING).contains("not a video device"));
         assert!(said(Errno::NOENT, "opening it").contains("tagbus camera --list"));
+        let parts = said(Errno::PIPE, "starting it");
+        assert!(parts.contains("do not fit each other") && parts.contains("media-ctl -V"), "{parts}");
         let other = said(Errno::IO, "starting it");
         assert!(other.contains("starting it failed: Input/output error"), "{other}");
     }
