@@ -25,7 +25,8 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 pub(crate) trait Controls {
     /// Every control that can be set, with its value.
     fn list(&self) -> Vec<ControlInfo>;
-    /// Sets controls and reads them back. An error says why; nothing was set then.
+    /// Sets controls and reads them back. An error says why not; nothing was set then, unless it is the driver that refused one:
+    /// then those before it stay.
     fn set(&mut self, settings: &ControlSettings) -> Result<Changed, String>;
 }
 

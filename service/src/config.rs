@@ -33,7 +33,7 @@ pub struct ServiceConfig {
     pub region: Option<Region>,
     /// Tags that a message has room for, 1 to 65,536. Costs memory: 243 messages of 512 bytes a tag are reserved.
     pub max_tags: usize,
-    /// Told of problems and changes, never more often than once a second for the same kind.
+    /// Told of problems, never more often than once a second for the same kind, and of changes, ten a second.
     pub report: Reporter,
     /// Shown every frame just before it is searched; for tests and measurements.
     pub observer: Option<Observer>,

@@ -13,7 +13,7 @@ use tagbus_message::wait::{WaitError, Waiter};
 
 use crate::change::{self, Circumstances};
 use crate::in_force::InForce;
-use crate::report::{Report, Summary};
+use crate::report::Summary;
 use crate::search::{Local, Search};
 
 /// Requests take at most this part of the time, however many there are: after an answer they wait so many times as long as it took ...
@@ -161,7 +161,7 @@ impl<'a> Desk<'a> {
         let what = change::difference(&search.in_force.parameters, &new.parameters);
         let text = change::remarks(&new.wish);
         search.in_force = new;
-        search.tell(&Report::Changed { number, what });
+        search.changed(number, what);
         Verdict { was_built: true, ..Verdict::done(text) }
     }
 

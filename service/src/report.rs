@@ -40,7 +40,7 @@ pub enum Report {
     },
     /// Frames come again after a silence.
     Back,
-    /// Somebody changed parameters; from the next frame on.
+    /// Somebody changed parameters, in force from the next frame on. Of many changes the first ten of each second are told.
     Changed {
         /// The change's number, which headers of messages name.
         number: u64,
@@ -77,21 +77,28 @@ impl fmt::Display for Report {
     }
 }
 
-/// Lets the first report of a kind through and then one a second; a hostile camera must not fill a disk with words.
-#[derive(Debug, Default)]
+/// Lets the first reports of each second through; a hostile camera or client must not fill a disk with words.
+#[derive(Debug)]
 pub(crate) struct Limiter {
-    last: Option<Instant>,
+    most: u32,
+    second: Option<Instant>,
+    seen: u32,
 }
 
 impl Limiter {
     const EVERY: Duration = Duration::from_secs(1);
 
+    /// At most so many a second.
+    pub(crate) fn of(most: u32) -> Self {
+        Self { most, second: None, seen: 0 }
+    }
+
     pub(crate) fn lets_through(&mut self, now: Instant) -> bool {
-        let free = self.last.is_none_or(|last| now.duration_since(last) >= Self::EVERY);
-        if free {
-            self.last = Some(now);
+        if self.second.is_none_or(|begin| now.duration_since(begin) >= Self::EVERY) {
+            (self.second, self.seen) = (Some(now), 0);
         }
-        free
+        self.seen = self.seen.saturating_add(1);
+        self.seen <= self.most
     }
 }
 
@@ -162,10 +169,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_many_reports_one_a_second_comes_through() {
-        let mut limiter = Limiter::default();
+    fn of_many_reports_so_many_a_second_come_through() {
         let start = Instant::now();
-        let times = (0..30).map(|tenth| start + Duration::from_millis(100 * tenth));
-        assert_eq!(times.filter(|&time| limiter.lets_through(time)).count(), 3);
+        for (most, expected) in [(1, 3), (4, 12), (100, 30)] {
+            let mut limiter = Limiter::of(most);
+            let times = (0..30).map(|tenth| start + Duration::from_millis(100 * tenth));
+            assert_eq!(times.filter(|&time| limiter.lets_through(time)).count(), expected);
+        }
     }
 }

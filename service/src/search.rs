@@ -24,6 +24,9 @@ pub(crate) type Local = ipc::Service;
 /// A frame in shared memory.
 pub(crate) type FrameSample = Sample<Local, [u8], FrameHeader>;
 
+/// Changes that are told a second; a gap in their numbers says that there were more.
+const CHANGES_TOLD: u32 = 10;
+
 /// Everything that is kept from frame to frame.
 pub(crate) struct Search {
     pub(crate) in_force: InForce,
@@ -37,6 +40,7 @@ pub(crate) struct Search {
     pub(crate) summary: Summary,
     refusals: Limiter,
     troubles: Limiter,
+    changes: Limiter,
     max_tags: usize,
     report: Reporter,
     observer: Option<Observer>,
@@ -56,8 +60,9 @@ impl Search {
             chosen: Vec::with_capacity(config.max_tags),
             pace: Pace::new(),
             summary: Summary::default(),
-            refusals: Limiter::default(),
-            troubles: Limiter::default(),
+            refusals: Limiter::of(1),
+            troubles: Limiter::of(1),
+            changes: Limiter::of(CHANGES_TOLD),
             max_tags: config.max_tags,
             report: config.report,
             observer: config.observer,
@@ -118,6 +123,13 @@ impl Search {
     /// Tells the user something that happens rarely.
     pub(crate) fn tell(&mut self, report: &Report) {
         (self.report)(report);
+    }
+
+    /// Tells of a change, unless there are many.
+    pub(crate) fn changed(&mut self, number: u64, what: String) {
+        if self.changes.lets_through(Instant::now()) {
+            self.tell(&Report::Changed { number, what });
+        }
     }
 
     /// Tells of something that went wrong, at most once a second.

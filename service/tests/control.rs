@@ -101,8 +101,12 @@ fn every_change_takes_effect_between_two_frames_and_no_message_mixes_two() {
     }
     drop((last, client, camera));
     let (_, reports) = service.end();
-    let changes = reports.iter().filter(|report| matches!(report, Report::Changed { .. }));
-    assert_eq!(changes.count(), 40);
+    let changed = |report: &Report| match report {
+        Report::Changed { number, .. } => Some(*number),
+        _ => None,
+    };
+    let changes: Vec<u64> = reports.iter().filter_map(changed).collect();
+    assert!(changes.len() >= 10 && changes[..10].iter().copied().eq(1..11), "{changes:?}");
 }
 
 /// As [`named`], of an answer.

@@ -39,8 +39,8 @@ impl CameraControl {
         self.ask(&CameraAsk::Get)
     }
 
-    /// Sets controls by name and value (a number, or an entry of a menu) between two frames: none of them when one is not
-    /// possible. The answer tells what the device made of it, and the number of the camera's information that frames name
+    /// Sets controls by name and value (a number, or an entry of a menu) between two frames: none of them when one is out of
+    /// its range or not known. Where the driver itself refuses one, those before it stay. The answer tells what the device made of it, and the number of the camera's information that frames name
     /// from then on.
     pub fn set(&mut self, controls: &[(&str, &str)]) -> Result<CameraAnswer, ControlError> {
         let own = |&(name, value): &(&str, &str)| (name.to_owned(), value.to_owned());
