@@ -1,7 +1,7 @@
 //! The commands, and what is the same for all of them.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, Command as ClapCommand, CommandFactory, FromArgMatches, Parser, Subcommand};
 use serde::Serialize;
@@ -63,6 +63,7 @@ enum Command {
 /// What a command is run with.
 pub(crate) struct Invocation<'a> {
     given: &'a ArgMatches,
+    known: Vec<String>,
     file: File,
     print_config: bool,
     parent: Option<i32>,
@@ -72,9 +73,11 @@ pub(crate) struct Invocation<'a> {
 pub(crate) fn execute() -> Result<Outcome, Failure> {
     let given = CommandLine::command().get_matches();
     let line = CommandLine::from_arg_matches(&given)?;
+    let known = known_keys(&CommandLine::command());
     let invocation = Invocation {
         given: innermost(&given),
-        file: File::find(line.common.config.as_deref(), &known_keys(&CommandLine::command()))?,
+        file: File::find(line.common.config.as_deref(), &known)?,
+        known,
         print_config: line.common.print_config,
         parent: line.common.die_with_parent,
     };
@@ -102,6 +105,19 @@ impl Invocation<'_> {
         let text = config::print(&flags, &self.file)?;
         std::io::stdout().lock().write_all(text.as_bytes())?;
         Ok(None)
+    }
+
+    /// The flags that would be in force if the command was started now.
+    pub(crate) fn in_force_now<F>(&self, flags: F) -> Result<F, Failure>
+    where
+        F: Args + Serialize + DeserializeOwned,
+    {
+        Ok(config::in_force(flags, self.given, &self.file.again(&self.known)?)?)
+    }
+
+    /// Where the configuration file lies, if there is one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        self.file.path.as_deref()
     }
 
     /// The process with whose end this one has to end.

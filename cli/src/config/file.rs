@@ -14,6 +14,9 @@ const NAME: &str = "tagbus/tagbus.toml";
 /// The directory for the whole machine.
 const SYSTEM: &str = "/etc";
 
+/// The table of a whole machine's cameras, which is no flag.
+pub(super) const MACHINE: &str = "cameras";
+
 /// The configuration file, or an empty one where there is none.
 #[derive(Debug, Default)]
 pub(crate) struct File {
@@ -35,12 +38,17 @@ impl File {
         }
     }
 
+    /// The same file as it is now.
+    pub(crate) fn again(&self, known: &[String]) -> Result<Self, FileError> {
+        self.path.as_ref().map_or_else(|| Ok(Self::default()), |path| Self::read(path, known))
+    }
+
     fn read(path: &Path, known: &[String]) -> Result<Self, FileError> {
         let io_error = |error| FileError::Io { path: path.to_owned(), error };
         let text = fs::read_to_string(path).map_err(io_error)?;
         let syntax = |error| FileError::Syntax { path: path.to_owned(), error };
         let keys: Table = text.parse().map_err(syntax)?;
-        match keys.keys().find(|&key| !known.contains(key)) {
+        match keys.keys().find(|&key| key != MACHINE && !known.contains(key)) {
             Some(key) => Err(FileError::unknown_key(path, key, known)),
             None => Ok(Self { path: Some(path.to_owned()), keys }),
         }

@@ -1,14 +1,16 @@
 //! One layer over the other.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use tagbus_family::nearest_name;
 use toml::{Table, Value};
 
-use super::file::File;
+use super::file::{File, MACHINE};
 
 /// The flags of a command with the file's values wherever the command line names none.
 pub(crate) fn in_force<F>(flags: F, given: &ArgMatches, file: &File) -> Result<F, LayerError>
@@ -19,11 +21,39 @@ where
     let mut values = table(&flags)?;
     for (key, value) in &file.keys {
         let arg = command.get_arguments().find(|arg| arg.get_long() == Some(key));
-        if arg.is_some_and(|arg| !overruled(arg, &command, given)) {
+        if key == MACHINE || arg.is_some_and(|arg| !overruled(arg, &command, given)) {
             values.insert(key.clone(), value.clone());
         }
     }
     values.try_into().map_err(|error| LayerError::of_file(file, &error))
+}
+
+/// Flags with the values of a table of the file over them. Errors name the table, `place`, and the nearest known key.
+pub(crate) fn overlay<F>(flags: &F, keys: &Table, place: &str) -> Result<F, LayerError>
+where
+    F: Args + Serialize + DeserializeOwned,
+{
+    let command = command_of::<F>();
+    let known: Vec<&str> = command.get_arguments().filter_map(Arg::get_long).collect();
+    if let Some(key) = keys.keys().find(|key| !known.contains(&key.as_str())) {
+        let nearest = nearest_name(key, &known).unwrap_or_default();
+        return Err(LayerError(format!("[{place}]: unknown key \"{key}\", did you mean {nearest}?")));
+    }
+    let mut values = table(flags)?;
+    values.extend(keys.iter().map(|(key, value)| (key.clone(), value.clone())));
+    values.try_into().map_err(|error: toml::de::Error| {
+        LayerError(format!("[{place}]: {} in {}", error.to_string().trim_end(), keys.to_string().trim_end()))
+    })
+}
+
+/// Every flag that has a value, as text.
+pub(crate) fn values<F: Serialize>(flags: &F) -> Result<BTreeMap<String, String>, LayerError> {
+    Ok(table(flags)?.into_iter().map(|(key, value)| (key, plain(&value))).collect())
+}
+
+/// The flags as a configuration file.
+pub(crate) fn as_toml<F: Serialize>(flags: &F) -> Result<String, LayerError> {
+    Ok(table(flags)?.to_string())
 }
 
 /// Whether the command line names this flag, or one that excludes it.

@@ -8,4 +8,4 @@ mod layers;
 pub(crate) mod text;
 
 pub(crate) use file::File;
-pub(crate) use layers::{arguments, in_force, print};
+pub(crate) use layers::{arguments, as_toml, in_force, overlay, print, values};

@@ -2,7 +2,7 @@
 
 mod camera;
 mod detector;
-mod setting;
+pub(crate) mod setting;
 
 use std::time::Duration;
 

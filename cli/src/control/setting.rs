@@ -25,9 +25,9 @@ const NAMES: [&str; 11] = [
 
 /// One value that is to be put in force.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Setting {
-    pub(super) name: String,
-    pub(super) value: String,
+pub(crate) struct Setting {
+    pub(crate) name: String,
+    pub(crate) value: String,
 }
 
 impl FromStr for Setting {
@@ -51,7 +51,7 @@ impl fmt::Display for Setting {
 
 /// What is wrong with a setting, in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct SettingError(String);
+pub(crate) struct SettingError(String);
 
 impl fmt::Display for SettingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -62,7 +62,7 @@ impl fmt::Display for SettingError {
 impl std::error::Error for SettingError {}
 
 /// Refuses a name that is there twice: which value is meant?
-pub(super) fn check_names(settings: &[Setting]) -> Result<(), String> {
+pub(crate) fn check_names(settings: &[Setting]) -> Result<(), String> {
     let mut names: Vec<&str> = settings.iter().map(|setting| setting.name.as_str()).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -72,7 +72,7 @@ pub(super) fn check_names(settings: &[Setting]) -> Result<(), String> {
 }
 
 /// The change that all settings together are.
-pub(super) fn change_of(settings: &[Setting]) -> Result<DetectorChange, SettingError> {
+pub(crate) fn change_of(settings: &[Setting]) -> Result<DetectorChange, SettingError> {
     let mut change = DetectorChange::default();
     for setting in settings {
         put(setting, &mut change).map_err(SettingError)?;

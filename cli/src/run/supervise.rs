@@ -1,4 +1,4 @@
-//! Three processes that live and end together.
+//! Processes that live and end together.
 
 use std::io;
 use std::process::ExitStatus;
@@ -6,10 +6,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use signal_hook::consts::{SIGCHLD, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGCHLD, SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use super::child::{Change, Child, Role};
+use super::child::{Change, Child, Role, Upkeep};
+use super::part::Part;
+use super::plan::Plan;
+use super::reload::reload;
 use crate::outcome::{Failure, Outcome, complain};
 
 /// How long processes have for an orderly end.
@@ -18,6 +21,8 @@ const GRACE: Duration = Duration::from_millis(500);
 const LAST_FRAMES: Duration = Duration::from_millis(300);
 /// The longest sleep when nothing is due.
 const LONG: Duration = Duration::from_secs(3600);
+/// How often is looked whether the file of a machine was changed.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// What a supervisor is woken by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,19 +31,26 @@ enum Event {
     Stop,
     /// A process may have ended.
     Child,
+    /// The file is to be read again.
+    Reload,
 }
 
 /// The signals of this process, in order.
 pub(super) struct Events(Receiver<Event>);
 
 impl Events {
-    /// Takes over SIGINT, SIGTERM and SIGCHLD.
-    pub(super) fn start() -> io::Result<Self> {
-        let mut signals = Signals::new([SIGINT, SIGTERM, SIGCHLD])?;
+    /// Takes over SIGINT, SIGTERM, SIGCHLD and SIGHUP. Where nothing can be read again, SIGHUP ends everything, as it does when a
+    /// terminal is closed.
+    pub(super) fn start(is_machine: bool) -> io::Result<Self> {
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGCHLD, SIGHUP])?;
         let (sender, receiver) = channel();
         thread::Builder::new().name("signals".to_owned()).spawn(move || {
             for signal in signals.forever() {
-                let event = if signal == SIGCHLD { Event::Child } else { Event::Stop };
+                let event = match signal {
+                    SIGCHLD => Event::Child,
+                    SIGHUP if is_machine => Event::Reload,
+                    _ => Event::Stop,
+                };
                 if sender.send(event).is_err() {
                     return;
                 }
@@ -58,18 +70,27 @@ impl Events {
     }
 }
 
-/// Starts processes, starts those again that crash, and ends all when one ends by itself.
-pub(super) struct Supervisor {
-    children: [Child; 3],
+/// Starts processes and starts those again that crash. Ends all when one ends by itself, or, of a whole machine, when all have ended.
+pub(super) struct Supervisor<'a> {
+    children: Vec<Child>,
     events: Events,
     end: Option<Instant>,
+    /// Of a whole machine.
+    plan: Option<Plan<'a>>,
 }
 
-impl Supervisor {
+impl<'a> Supervisor<'a> {
     /// `limit` ends everything after so long.
-    pub(super) fn new(children: [Child; 3], events: Events, limit: Option<Duration>) -> Self {
+    pub(super) fn new(
+        parts: Vec<Part>,
+        events: Events,
+        limit: Option<Duration>,
+        plan: Option<Plan<'a>>,
+    ) -> Self {
+        let upkeep = if plan.is_some() { Upkeep::Failures } else { Upkeep::Crashes };
         let end = limit.and_then(|limit| Instant::now().checked_add(limit));
-        Self { children, events, end }
+        let children = parts.into_iter().map(|part| Child::new(part, upkeep)).collect();
+        Self { children, events, end, plan }
     }
 
     /// Works until the end, and leaves no process.
@@ -86,13 +107,17 @@ impl Supervisor {
                 return Ok(Outcome::Done);
             }
             for child in &mut self.children {
-                child.start_if_due(now)?;
+                child.do_what_is_due(now)?;
             }
-            if self.events.next(self.next_time(now)) == Some(Event::Stop) {
-                return Ok(Outcome::Done);
+            match self.events.next(self.next_time(now)) {
+                Some(Event::Stop) => return Ok(Outcome::Done),
+                Some(Event::Reload) => self.reload(),
+                Some(Event::Child) => {}
+                None if self.plan.as_mut().is_some_and(Plan::has_changed) => self.reload(),
+                None => {}
             }
-            if let Some((role, status)) = self.look()? {
-                return Ok(self.outcome_of(role, status));
+            if let Some(outcome) = self.look()? {
+                return Ok(outcome);
             }
         }
     }
@@ -100,21 +125,36 @@ impl Supervisor {
     /// When something has to be done even if nothing happens.
     fn next_time(&self, now: Instant) -> Instant {
         let due = self.children.iter().filter_map(Child::due);
-        due.chain(self.end).min().unwrap_or(now + LONG)
+        let look = self.plan.as_ref().map(|_| now + LOOK_EVERY);
+        due.chain(self.end).chain(look).min().unwrap_or(now + LONG)
     }
 
-    /// Reports crashes; gives who ended by himself.
-    fn look(&mut self) -> io::Result<Option<(Role, ExitStatus)>> {
+    fn reload(&mut self) {
+        if let Some(plan) = &mut self.plan {
+            reload(plan, &mut self.children);
+        }
+    }
+
+    /// Reports what became of processes; gives the outcome where everything is to end.
+    fn look(&mut self) -> io::Result<Option<Outcome>> {
+        let mut ended = None;
         for child in &mut self.children {
-            match child.look()? {
-                Change::None => {}
+            let change = child.look()?;
+            let name = &child.part.name;
+            match change {
+                Change::None | Change::Left => {}
                 Change::Crashed(status) => {
-                    complain(format_args!("{} ended ({status}): starting it again", child.role));
+                    complain(format_args!("{name} ended ({status}): starting it again"))
                 }
-                Change::Ended(status) => return Ok(Some((child.role, status))),
+                Change::Ended(_) if self.plan.is_some() => complain(format_args!("{name} has ended")),
+                Change::Ended(status) => ended = ended.or(Some((child.part.role, status))),
             }
         }
-        Ok(None)
+        if let Some((role, status)) = ended {
+            return Ok(Some(self.outcome_of(role, status)));
+        }
+        self.children.retain(|child| self.plan.is_none() || !child.has_ended());
+        Ok(self.children.is_empty().then_some(Outcome::Done))
     }
 
     fn outcome_of(&self, role: Role, status: ExitStatus) -> Outcome {
