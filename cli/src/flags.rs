@@ -128,11 +128,15 @@ impl DetectorFlags {
 #[derive(Clone, Debug, clap::Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Detector")]
-pub(crate) struct RegionFlag {
+pub(crate) struct ServingFlags {
     /// Search only this part of each frame, in its pixels, such as 100,50,640x360; by default the whole frame
     #[arg(long, value_name = "X,Y,WIDTHxHEIGHT")]
     #[serde(default, with = "text::optional")]
     pub(crate) region: Option<Region>,
+    /// Detect even when nobody subscribes; by default detection pauses until somebody does
+    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true",
+        value_name = "BOOL", action = clap::ArgAction::Set)]
+    pub(crate) always: bool,
 }
 
 /// Ids and ranges of ids, separated by commas, as they were written.

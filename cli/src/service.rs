@@ -10,7 +10,7 @@ use tagbus_service::{ServiceConfig, run};
 
 use crate::command::Invocation;
 use crate::config::as_toml;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName, RegionFlag};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, ServingFlags};
 use crate::outcome::{Failure, Outcome, complain};
 use crate::role;
 
@@ -59,7 +59,7 @@ pub(crate) struct ServiceFlags {
     pub(crate) detector: DetectorFlags,
     #[command(flatten)]
     #[serde(flatten)]
-    pub(crate) part: RegionFlag,
+    pub(crate) serving: ServingFlags,
 }
 
 impl ServiceFlags {
@@ -73,7 +73,8 @@ impl ServiceFlags {
         config.settings = self.detector.settings()?;
         config.camera = self.bus.camera;
         config.detector = self.name.detector;
-        config.region = self.part.region;
+        config.region = self.serving.region;
+        config.always = self.serving.always;
         let role = format!("detector {} of {}", config.detector, config.camera);
         config.report = Box::new(move |report| complain(format_args!("{role}: {report}")));
         Ok(config)

@@ -48,7 +48,7 @@ pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Defa
 {
     publisher: Publisher<S, [T], H>,
     notifier: Notifier<S>,
-    _services: (DataService<S, [T], H>, EventService<S>),
+    services: (DataService<S, [T], H>, EventService<S>),
     reserved: Reserved,
     bus: Bus<S>,
 }
@@ -81,6 +81,12 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     /// Wakes every subscriber that waits. To be called after sending.
     pub fn notify(&self) -> Result<usize, NotifierNotifyError> {
         self.notifier.notify()
+    }
+
+    /// Subscribers of the topic; one that died counts until somebody cleans up.
+    #[must_use]
+    pub fn subscribers(&self) -> usize {
+        self.services.0.dynamic_config().number_of_subscribers()
     }
 
     /// Memory that the publisher has reserved.
@@ -309,7 +315,7 @@ impl<S: Service> Bus<S> {
         let notifier = self.persist(topic, produce, Patience::Endless, || {
             events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
         })?;
-        Ok(Output { publisher, notifier, _services: (data, events), reserved, bus: self.clone() })
+        Ok(Output { publisher, notifier, services: (data, events), reserved, bus: self.clone() })
     }
 
     fn input<T, H>(&self, topic: &str, buffer: usize, patience: Patience) -> Result<Input<S, T, H>, BusError>

@@ -31,6 +31,8 @@ pub struct ServiceConfig {
     pub settings: Settings,
     /// The part of each frame that is searched, in its pixels; `None` for the whole frame.
     pub region: Option<Region>,
+    /// Whether frames are searched even when nobody subscribes; otherwise searching pauses until somebody does.
+    pub always: bool,
     /// Tags that a message has room for, 1 to 65,536. Costs memory: 243 messages of 512 bytes a tag are reserved.
     pub max_tags: usize,
     /// Told of problems, never more often than once a second for the same kind, and of changes, ten a second.
@@ -60,6 +62,7 @@ impl ServiceConfig {
             families,
             settings: Settings::default(),
             region: None,
+            always: false,
             max_tags: qos::DEFAULT_MAX_TAGS,
             report: Box::new(|_| ()),
             observer: None,
@@ -77,6 +80,7 @@ impl fmt::Debug for ServiceConfig {
             .field("families", &families)
             .field("settings", &self.settings)
             .field("region", &self.region)
+            .field("always", &self.always)
             .field("max_tags", &self.max_tags)
             .finish_non_exhaustive()
     }

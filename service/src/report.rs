@@ -111,6 +111,8 @@ pub struct Summary {
     pub frames_skipped: u64,
     /// Frames whose header did not fit their bytes.
     pub frames_refused: u64,
+    /// Frames that were not searched because nobody subscribed.
+    pub frames_unwatched: u64,
     /// Tags found.
     pub tags_found: u64,
     /// Messages sent.

@@ -146,7 +146,6 @@ struct Silence {
 impl Silence {
     fn ends(&mut self, search: &mut Search) {
         (self.last_frame, self.looked) = (Instant::now(), Instant::now());
-        search.state = DetectorState::Detecting;
         if std::mem::take(&mut self.is_told) {
             search.tell(&Report::Back);
         }

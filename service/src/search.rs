@@ -42,6 +42,7 @@ pub(crate) struct Search {
     troubles: Limiter,
     changes: Limiter,
     max_tags: usize,
+    always: bool,
     report: Reporter,
     observer: Option<Observer>,
 }
@@ -64,6 +65,7 @@ impl Search {
             troubles: Limiter::of(1),
             changes: Limiter::of(CHANGES_TOLD),
             max_tags: config.max_tags,
+            always: config.always,
             report: config.report,
             observer: config.observer,
         })
@@ -82,6 +84,12 @@ impl Search {
         self.summary.camera_starts += u64::from(step.new_epoch);
         self.summary.frames_skipped = self.summary.frames_skipped.saturating_add(step.skipped);
         self.frame_size = Some((header.width, header.height));
+        if !self.always && out.subscribers() == 0 {
+            self.state = DetectorState::Paused;
+            self.summary.frames_unwatched += 1;
+            return;
+        }
+        self.state = DetectorState::Detecting;
         let InForce { detector, wish, names, template, .. } = &mut self.in_force;
         let part = region::cut(&view, wish.region, wish.settings.decimation);
         if let (Some(observer), Some(part)) = (&mut self.observer, &part) {

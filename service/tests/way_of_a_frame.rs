@@ -327,3 +327,34 @@ fn a_topic_that_was_removed_by_force_is_found_again() {
     drop((client, camera));
     service.end();
 }
+
+#[test]
+fn detection_pauses_while_nobody_subscribes_and_resumes_with_the_next_frame() {
+    let ground = Ground::new();
+    let (seen, shown) = std::sync::mpsc::channel();
+    let mut config = ground.config();
+    config.observer = Some(Box::new(move |frame| seen.send(frame.header.sequence).unwrap()));
+    let service = Service::start(config);
+    let mut camera = ground.camera();
+    let mut client = ground.client();
+    let picture = picture_of(&[7]);
+    camera.publish_until_heard(&picture, &mut client);
+    drop(client);
+    shown.try_iter().count();
+    for _ in 0..20 {
+        camera.publish(&picture);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert_eq!(shown.try_iter().count(), 0, "frames were searched for nobody");
+    let mut client = ground.client();
+    // The topic keeps the last message for those who come late.
+    let last = client.receive(WATCHDOG).unwrap().unwrap().header().sequence;
+    let sequence = camera.sequence;
+    camera.publish(&picture);
+    let next = client.receive(WATCHDOG).unwrap().unwrap();
+    assert!(last < sequence && next.header().sequence == sequence, "{last}, {sequence}");
+    assert_eq!(next.tags().len(), 1);
+    drop((next, client));
+    let (summary, _) = service.end();
+    assert!(summary.frames_unwatched > 0, "{summary:?}");
+}

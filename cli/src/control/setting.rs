@@ -23,6 +23,11 @@ const NAMES: [&str; 11] = [
     "region",
 ];
 
+/// Whether a running detector can be told this.
+pub(crate) fn is_known(name: &str) -> bool {
+    NAMES.contains(&name)
+}
+
 /// One value that is to be put in force.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Setting {

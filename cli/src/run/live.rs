@@ -8,7 +8,7 @@ use tagbus_client::control::{ControlError, DetectorControl};
 
 use super::child::Role;
 use super::part::{DetectorPart, Part};
-use crate::control::setting::{Setting, change_of};
+use crate::control::setting::{Setting, change_of, is_known};
 
 /// How long a detector may take to be there and to answer: the others are not looked after meanwhile.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -68,6 +68,9 @@ fn differences(
     let differing = keys.into_iter().filter(|key| before.get(*key) != after.get(*key));
     differing
         .map(|key| {
+            if !is_known(key) {
+                return Err(NotDone::NeedsStart(format!("{key} is read at the start")));
+            }
             let value = after.get(key).map_or_else(|| value_of_nothing(key), String::as_str);
             if key == "family" && (value.contains('/') || value.contains(".toml")) {
                 return Err(NotDone::NeedsStart("files of families are read at the start".to_owned()));
@@ -105,8 +108,11 @@ mod tests {
     }
 
     #[test]
-    fn a_family_of_ones_own_needs_a_start() {
-        let after = values(&[("family", "tag36h11,my.toml")]);
-        assert!(matches!(differences(&values(&[]), &after), Err(NotDone::NeedsStart(_))));
+    fn a_family_of_ones_own_and_what_nobody_can_set_need_a_start() {
+        for pair in [("family", "tag36h11,my.toml"), ("always", "true")] {
+            let needs_start =
+                matches!(differences(&values(&[]), &values(&[pair])), Err(NotDone::NeedsStart(_)));
+            assert!(needs_start, "{pair:?}");
+        }
     }
 }

@@ -26,7 +26,7 @@ use super::part::Part;
 use crate::camera::{CameraFlags, SourceFlags};
 use crate::chosen_family::FamilyList;
 use crate::config::overlay;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName, RegionFlag};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, ServingFlags};
 use crate::outcome::Failure;
 use crate::service::ServiceFlags;
 
@@ -42,7 +42,7 @@ struct DetectorTable {
     detector: DetectorFlags,
     #[command(flatten)]
     #[serde(flatten)]
-    part: RegionFlag,
+    serving: ServingFlags,
     /// Detectors that name the same one share it
     #[arg(long)]
     process: Option<String>,
@@ -66,7 +66,8 @@ pub(super) fn parts(flags: &RunFlags, cameras: &Table) -> Result<Vec<Part>, Fail
                 Some(process) => format!("service {process}"),
                 None => format!("detector {detector} of {}", bus.camera),
             };
-            let service = ServiceFlags { bus: bus.clone(), name, detector: found.detector, part: found.part };
+            let service =
+                ServiceFlags { bus: bus.clone(), name, detector: found.detector, serving: found.serving };
             services.entry(process).or_default().push(service);
         }
         parts.push(Part::named(format!("camera {name}"), Role::Camera, &CameraFlags::new(bus, source))?);
@@ -90,7 +91,8 @@ fn detector_of(
     keys: &Table,
     place: &str,
 ) -> Result<DetectorTable, Failure> {
-    let base = DetectorTable { detector: flags.detector.clone(), part: flags.part.clone(), process: None };
+    let base =
+        DetectorTable { detector: flags.detector.clone(), serving: flags.serving.clone(), process: None };
     let mut found = overlay(&base, keys, place)?;
     if found.detector.family.is_none() && source.is_scene() {
         found.detector.family = Some(FamilyList::of_scene()?);

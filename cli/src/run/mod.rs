@@ -17,7 +17,7 @@ use toml::Table;
 use crate::camera::{CameraFlags, SourceFlags};
 use crate::chosen_family::FamilyList;
 use crate::command::Invocation;
-use crate::flags::{BusFlags, DetectorFlags, DetectorName, RegionFlag};
+use crate::flags::{BusFlags, DetectorFlags, DetectorName, ServingFlags};
 use crate::outcome::{Failure, Outcome};
 use crate::service::ServiceFlags;
 use crate::watch::{ViewFlags, WatchFlags};
@@ -79,7 +79,7 @@ struct RunFlags {
     detector: DetectorFlags,
     #[command(flatten)]
     #[serde(flatten)]
-    part: RegionFlag,
+    serving: ServingFlags,
 }
 
 impl RunFlags {
@@ -102,12 +102,12 @@ impl RunFlags {
 
     /// Those who listen come first: less is missed.
     fn three(self) -> Result<Vec<Part>, Failure> {
-        let Self { bus, name, view, source, mut detector, part, .. } = self;
+        let Self { bus, name, view, source, mut detector, serving, .. } = self;
         if detector.family.is_none() && source.is_scene() {
             detector.family = Some(FamilyList::of_scene()?);
         }
         let watch = WatchFlags { bus: bus.clone(), name: name.clone(), view };
-        let service = ServiceFlags { bus: bus.clone(), name, detector, part };
+        let service = ServiceFlags { bus: bus.clone(), name, detector, serving };
         let camera = CameraFlags::new(bus, source);
         Ok(vec![
             Part::only(Role::Watch, &watch)?,

@@ -10,6 +10,7 @@ mod controlling;
 mod families_of_others;
 mod generating;
 mod killing;
+mod machine;
 mod own_families;
 mod pictures;
 mod printing;

@@ -80,6 +80,8 @@ pub enum DetectorState {
     Detecting = 2,
     /// The camera's topic is there, and no frame has come for three frame times.
     Silent = 3,
+    /// Frames come, and are not searched because nobody subscribes to the detections.
+    Paused = 4,
 }
 
 impl DetectorState {
@@ -90,6 +92,7 @@ impl DetectorState {
             1 => Self::WaitingForCamera,
             2 => Self::Detecting,
             3 => Self::Silent,
+            4 => Self::Paused,
             _ => Self::Unknown,
         }
     }
@@ -108,6 +111,7 @@ impl DetectorState {
             Self::WaitingForCamera => "waiting_for_camera",
             Self::Detecting => "detecting",
             Self::Silent => "silent",
+            Self::Paused => "paused",
         }
     }
 }
