@@ -18,6 +18,8 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
+use tagbus_detector::{Detector, SettingsError};
+use tagbus_family::Family;
 use toml::{Table, Value};
 
 use super::RunFlags;
@@ -97,7 +99,15 @@ fn detector_of(
     if found.detector.family.is_none() && source.is_scene() {
         found.detector.family = Some(FamilyList::of_scene()?);
     }
+    check(&found.detector).map_err(|error| Failure::new(format!("[{place}]: {error}")))?;
     Ok(found)
+}
+
+/// Refuses settings that no detector would start with.
+fn check(flags: &DetectorFlags) -> Result<(), SettingsError> {
+    // Any family: the smallest is ready soonest.
+    let families: Vec<Family> = Family::published("tag16h5").into_iter().collect();
+    Detector::new(&families, &flags.settings()?).map(drop)
 }
 
 fn table<'a>(place: &str, value: &'a Value) -> Result<&'a Table, Failure> {

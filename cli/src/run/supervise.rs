@@ -112,9 +112,8 @@ impl<'a> Supervisor<'a> {
             match self.events.next(self.next_time(now)) {
                 Some(Event::Stop) => return Ok(Outcome::Done),
                 Some(Event::Reload) => self.reload(),
-                Some(Event::Child) => {}
                 None if self.plan.as_mut().is_some_and(Plan::has_changed) => self.reload(),
-                None => {}
+                Some(Event::Child) | None => {}
             }
             if let Some(outcome) = self.look()? {
                 return Ok(outcome);
@@ -144,7 +143,7 @@ impl<'a> Supervisor<'a> {
             match change {
                 Change::None | Change::Left => {}
                 Change::Crashed(status) => {
-                    complain(format_args!("{name} ended ({status}): starting it again"))
+                    complain(format_args!("{name} ended ({status}): starting it again"));
                 }
                 Change::Ended(_) if self.plan.is_some() => complain(format_args!("{name} has ended")),
                 Change::Ended(status) => ended = ended.or(Some((child.part.role, status))),
