@@ -67,6 +67,8 @@ fn read_frames() -> Result<Reading, Failure> {
     let (tell_mappings, mappings) = channel();
     let mut config = ServiceConfig::new(Domain::new("tagbus")?, vec![Family::published("tag36h11")?]);
     config.detector = "proof".to_string();
+    // Nobody subscribes: only where frames lie is looked at.
+    config.always = true;
     let (end, notes) = (stop.clone(), Arc::clone(&seen));
     config.observer = Some(Box::new(move |frame| {
         let mut notes = notes.lock().unwrap_or_else(PoisonError::into_inner);
