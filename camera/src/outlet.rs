@@ -50,6 +50,8 @@ pub(crate) struct Outlet<'a> {
     /// How often shared memory was full.
     refusals: u64,
     greeted: Instant,
+    /// When was last looked whether the topic is still there.
+    looked: Instant,
     report: &'a mut dyn FnMut(CameraEvent),
 }
 
@@ -81,6 +83,7 @@ impl<'a> Outlet<'a> {
             send_failures: 0,
             refusals: 0,
             greeted: Instant::now(),
+            looked: Instant::now(),
             report,
         })
     }
@@ -132,6 +135,12 @@ impl<'a> Outlet<'a> {
 
     /// Publishes a frame. That it did not reach everybody is no error, unless it happens many times in a row.
     pub(crate) fn send(&mut self, loan: Loan, filled: Filled, moment: Moment) -> Result<(), CameraError> {
+        if self.looked.elapsed() >= GREETING_PERIOD {
+            self.looked = Instant::now();
+            if !self.publisher.is_in_place() {
+                return Err(CameraError::Removed);
+            }
+        }
         match self.publisher.send(loan, filled, moment, std::mem::take(&mut self.lost)) {
             Ok(()) => {
                 self.summary.frames += 1;

@@ -163,6 +163,11 @@ impl FramePublisher {
         Ok(())
     }
 
+    /// Whether those who come still find the topic.
+    pub(crate) fn is_in_place(&self) -> bool {
+        self.frames.is_in_place()
+    }
+
     /// Gives back what dead subscribers hold.
     pub(crate) fn clean_up_dead(&self) -> u64 {
         self.frames.bus().clean_up_dead()

@@ -100,6 +100,8 @@ pub enum CameraEvent {
         /// Buffer numbers that the driver grants.
         numbers: usize,
     },
+    /// The topic's files in shared memory were removed by force; the camera begins anew.
+    Removed,
     /// A frame did not reach every subscriber; what dead processes held was taken back.
     NotSent {
         /// What iceoryx2 says.
@@ -144,6 +146,10 @@ impl fmt::Display for CameraEvent {
                 f,
                 "the driver pinned memory anew {total} times so far: it grants {numbers} buffer numbers for {} pieces of memory",
                 FRAMES.chunks()
+            ),
+            Self::Removed => write!(
+                f,
+                "its files in {SHARED_MEMORY} were removed (logind does that at logout, see RemoveIPC=): beginning anew"
             ),
             Self::NotSent { error, dead } => {
                 write!(
@@ -193,6 +199,8 @@ pub enum CameraError {
     Bus(BusError),
     /// Many frames in a row could not be sent.
     Send(SendError),
+    /// The topic's files in shared memory were removed by force. [`run`] begins anew then, so that nobody sees this.
+    Removed,
 }
 
 impl fmt::Display for CameraError {
@@ -202,6 +210,7 @@ impl fmt::Display for CameraError {
             Self::Frame(error) => error.fmt(f),
             Self::Space(error) => error.fmt(f),
             Self::Bus(error) => error.fmt(f),
+            Self::Removed => write!(f, "its files in {SHARED_MEMORY} were removed"),
             Self::Send(error) => write!(f, "{MAX_SEND_FAILURES} frames in a row could not be sent: {error}"),
         }
     }
@@ -215,6 +224,7 @@ impl std::error::Error for CameraError {
             Self::Space(error) => Some(error),
             Self::Bus(error) => Some(error),
             Self::Send(error) => Some(error),
+            Self::Removed => None,
         }
     }
 }
@@ -260,16 +270,27 @@ pub fn run_reporting(
     stop: Stop,
     report: &mut dyn FnMut(CameraEvent),
 ) -> Result<Summary, CameraError> {
-    let ended = match &config.source {
-        Source::V4l(path) => device::publish(&config, path, &stop, report),
-        Source::Rpicam(program) => rpicam::publish(&config, program.as_deref(), &stop, report),
-        _ => publish(&config, &stop, report),
-    };
-    match ended {
-        Err(CameraError::Bus(BusError::Stopped)) => {
-            Ok(Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped })
+    loop {
+        match run_once(&config, &stop, report) {
+            Err(CameraError::Removed) => report(CameraEvent::Removed),
+            Err(CameraError::Bus(BusError::Stopped)) => {
+                return Ok(Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped });
+            }
+            ended => return ended,
         }
-        ended => ended,
+    }
+}
+
+/// From opening the source to its end, or until the topic is gone.
+fn run_once(
+    config: &CameraConfig,
+    stop: &Stop,
+    report: &mut dyn FnMut(CameraEvent),
+) -> Result<Summary, CameraError> {
+    match &config.source {
+        Source::V4l(path) => device::publish(config, path, stop, report),
+        Source::Rpicam(program) => rpicam::publish(config, program.as_deref(), stop, report),
+        _ => publish(config, stop, report),
     }
 }
 

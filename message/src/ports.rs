@@ -5,6 +5,7 @@
 //! removed by whoever is last.
 
 use std::fmt::Debug;
+use std::path::PathBuf;
 
 use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::port::listener::Listener;
@@ -50,6 +51,8 @@ pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Defa
     notifier: Notifier<S>,
     services: (DataService<S, [T], H>, EventService<S>),
     reserved: Reserved,
+    /// The file of the publisher's chunks, where it was found.
+    memory: Option<PathBuf>,
     bus: Bus<S>,
 }
 
@@ -98,7 +101,14 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     /// Bytes of the reserved memory that were ever written and so take room; `None` when the system does not say.
     #[must_use]
     pub fn touched_bytes(&self) -> Option<u64> {
-        sweep::bytes_in_use(self.bus.domain(), &format!("_{}.data", self.publisher.id().value()))
+        self.memory.as_deref().and_then(sweep::bytes_in_use)
+    }
+
+    /// Whether those who come can still find the topic and its memory. They cannot when somebody removed its files by force: those who
+    /// are connected go on, and only making the topic anew helps the others. To be asked about once a second: it reads files.
+    #[must_use]
+    pub fn is_in_place(&self) -> bool {
+        self.memory.as_ref().is_none_or(|file| file.exists()) && is_current(&self.services.0, &self.bus)
     }
 
     /// The place on the bus that the topic was made from.
@@ -129,14 +139,7 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
     /// force; then it has to be opened again. To be asked when a deadline was missed.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        let data = &self.services.0;
-        let pattern = MessagingPattern::PublishSubscribe;
-        match S::details(data.name(), self.bus.node().config(), pattern) {
-            Ok(Some(there)) => there.static_details.unique_service_id() == data.unique_service_id(),
-            Ok(None) => false,
-            // Half made or not to be read now: the next deadline tells.
-            Err(_) => true,
-        }
+        is_current(&self.services.0, &self.bus)
     }
 
     /// What wakes when a message was sent.
@@ -149,6 +152,19 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
     #[must_use]
     pub fn bus(&self) -> &Bus<S> {
         &self.bus
+    }
+}
+
+/// Whether the topic of this name is still this one.
+fn is_current<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend>(
+    data: &DataService<S, [T], H>,
+    bus: &Bus<S>,
+) -> bool {
+    match S::details(data.name(), bus.node().config(), MessagingPattern::PublishSubscribe) {
+        Ok(Some(there)) => there.static_details.unique_service_id() == data.unique_service_id(),
+        Ok(None) => false,
+        // Half made or not to be read now: who asks again will be told.
+        Err(_) => true,
     }
 }
 
@@ -315,7 +331,8 @@ impl<S: Service> Bus<S> {
         let notifier = self.persist(topic, produce, Patience::Endless, || {
             events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
         })?;
-        Ok(Output { publisher, notifier, services: (data, events), reserved, bus: self.clone() })
+        let memory = sweep::file_of(self.domain(), &format!("_{}.data", publisher.id().value()));
+        Ok(Output { publisher, notifier, services: (data, events), reserved, memory, bus: self.clone() })
     }
 
     fn input<T, H>(&self, topic: &str, buffer: usize, patience: Patience) -> Result<Input<S, T, H>, BusError>

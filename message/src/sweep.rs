@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fs::{self, DirEntry};
 use std::io;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::{CallbackProgression, Node, NodeState, ipc};
 
@@ -100,11 +100,15 @@ pub(crate) fn shared_memory_of(domain: &Domain) -> io::Result<Vec<String>> {
     Ok(names.collect())
 }
 
-/// Room that the domain's shared memory file with this end of its name takes.
-pub(crate) fn bytes_in_use(domain: &Domain, end: &str) -> Option<u64> {
+/// The domain's shared memory file with this end of its name.
+pub(crate) fn file_of(domain: &Domain, end: &str) -> Option<PathBuf> {
     let name = shared_memory_of(domain).ok()?.into_iter().find(|name| name.ends_with(end))?;
-    let metadata = fs::metadata(Path::new(SHARED_MEMORY).join(name)).ok()?;
-    Some(metadata.blocks() * BLOCK)
+    Some(Path::new(SHARED_MEMORY).join(name))
+}
+
+/// Room that a file in shared memory takes.
+pub(crate) fn bytes_in_use(file: &Path) -> Option<u64> {
+    Some(fs::metadata(file).ok()?.blocks() * BLOCK)
 }
 
 /// Removes descriptions of topics that nobody will ever complete or use, which iceoryx2 does not do by itself:
@@ -119,11 +123,31 @@ pub(crate) fn heal(domain: &Domain) {
         let incomplete = metadata.mode() & OWNER_WRITE != 0;
         if is_of(domain, &entry.file_name())
             && age >= qos::CREATION_TIMEOUT
-            && (incomplete || !is_tagged(domain, &entry.file_name()))
+            && (incomplete
+                || !is_tagged(domain, &entry.file_name())
+                || lost_its_memory(domain, &entry.path()))
         {
             let _ = fs::remove_file(entry.path());
         }
     }
+}
+
+/// Whether what a complete description stands for was removed from shared memory by force: nobody can open that topic any more.
+fn lost_its_memory(domain: &Domain, description: &Path) -> bool {
+    let number = fs::read_to_string(description).ok().and_then(|text| number_of(&text));
+    number.is_some_and(|number| {
+        let end = format!("_{number}.dynamic");
+        shared_memory_of(domain).is_ok_and(|names| !names.iter().any(|name| name.ends_with(&end)))
+    })
+}
+
+/// The number of a topic in the names of its files: the two parts of its `unique_service_id`.
+fn number_of(description: &str) -> Option<u128> {
+    let part = |name: &str| -> Option<u128> {
+        let line = description.lines().find_map(|line| line.trim().strip_prefix(name))?;
+        line.trim().strip_prefix('=')?.trim().parse::<u64>().ok().map(u128::from)
+    };
+    Some(part("unique_value")? << 64 | part("payload_value")?)
 }
 
 /// Whether a node, alive or not yet cleaned up, says that it uses the topic with this description.
@@ -178,6 +202,30 @@ mod tests {
         heal(&domain);
         assert!(!incomplete.exists() && !orphaned.exists());
         assert!(used.exists() && young.exists());
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+
+    #[test]
+    fn a_description_is_healed_away_when_its_memory_was_removed() {
+        let domain = domain("lost");
+        let describe = |hash: &str, value: u64| {
+            let path = domain.root().join(SERVICES).join(format!("{}{hash}.service", domain.prefix()));
+            fs::write(&path, format!("[unique_service_id]\npayload_value = {value}\nunique_value = 1\n"))
+                .unwrap();
+            let file = fs::File::open(&path).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(3)).unwrap();
+            file.set_permissions(fs::Permissions::from_mode(0o400)).unwrap();
+            let tag = format!("{}{hash}.service_tag", domain.prefix());
+            fs::write(domain.root().join(NODES).join("123").join(tag), "").unwrap();
+            path
+        };
+        let (kept, lost) = (describe("aa", 5), describe("bb", 6));
+        let memory = format!("{}ff_{}.dynamic", domain.prefix(), (1u128 << 64) + 5);
+        let memory = Path::new(SHARED_MEMORY).join(memory);
+        fs::write(&memory, "x").unwrap();
+        heal(&domain);
+        assert!(kept.exists() && !lost.exists());
+        fs::remove_file(memory).unwrap();
         fs::remove_dir_all(domain.root()).unwrap();
     }
 

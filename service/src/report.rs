@@ -40,6 +40,8 @@ pub enum Report {
     },
     /// Frames come again after a silence.
     Back,
+    /// The topic's files in shared memory were removed by force; the service begins anew.
+    Removed,
     /// Somebody changed parameters, in force from the next frame on. Of many changes the first ten of each second are told.
     Changed {
         /// The change's number, which headers of messages name.
@@ -71,6 +73,10 @@ impl fmt::Display for Report {
                 waited.as_secs_f64()
             ),
             Self::Back => write!(f, "frames arrive again"),
+            Self::Removed => write!(
+                f,
+                "its files in /dev/shm were removed (logind does that at logout, see RemoveIPC=): beginning anew"
+            ),
             Self::Changed { number, what } => write!(f, "change {number}: {what}"),
             Self::Trouble { reason } => write!(f, "{reason}"),
         }

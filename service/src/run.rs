@@ -18,6 +18,9 @@ use crate::search::{Local, Search};
 /// A silence that a user is told of; shorter ones are a hiccup.
 const WORTH_TELLING: Duration = Duration::from_secs(1);
 
+/// How often is looked whether those who come still find the detections topic.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
 /// Pause between two looks for a camera that is not there: shorter at first than later.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(10);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
@@ -36,6 +39,8 @@ enum End {
     Stopped,
     /// The frames topic was removed by force: it has to be opened again.
     Replaced,
+    /// The detections topic was: everything has to be made again.
+    Removed,
 }
 
 /// Searches the newest frame again and again until `stop` is triggered. Waits for a camera that is not there yet, and
@@ -51,14 +56,19 @@ pub fn run(config: ServiceConfig, stop: Stop) -> Result<Summary, ServiceError> {
     };
     qos::check_max_tags(place.max_tags).map_err(BusError::from)?;
     let mut search = Search::new(config)?;
-    match serve(&mut search, &place, &stop) {
-        Ok(()) | Err(ServiceError::Bus(BusError::Stopped)) => Ok(search.summary),
-        Err(error) => Err(error),
+    loop {
+        match serve(&mut search, &place, &stop) {
+            Ok(End::Removed) => search.tell(&Report::Removed),
+            Ok(End::Stopped | End::Replaced) | Err(ServiceError::Bus(BusError::Stopped)) => {
+                return Ok(search.summary);
+            }
+            Err(error) => return Err(error),
+        }
     }
 }
 
 /// The detections topic first, so that clients find it while the camera is waited for.
-fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<(), ServiceError> {
+fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, ServiceError> {
     let role = format!("detector {} of {}", place.detector, place.camera);
     let bus = Bus::<Local>::start(&place.domain, &role, stop)?;
     let out = bus.create_detections(&place.camera, &place.detector, place.max_tags)?;
@@ -70,13 +80,17 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<(), ServiceE
     loop {
         search.state = DetectorState::WaitingForCamera;
         let waiter = Waiter::new(&set, stop, None)?.with_requests(requests.listener())?;
-        let Some(frames) = wait_for_camera(search, &bus, place, &waiter, &mut desk)? else { return Ok(()) };
+        let Some(frames) = wait_for_camera(search, &bus, place, &waiter, &mut desk)? else {
+            return Ok(End::Stopped);
+        };
         drop(waiter);
         search.tell(&Report::Connected);
         search.state = DetectorState::Detecting;
         let waiter = Waiter::new(&set, stop, Some(frames.listener()))?.with_requests(requests.listener())?;
-        if let End::Stopped = receive(search, &frames, &out, &waiter, &mut desk)? {
-            return Ok(());
+        match receive(search, &frames, &out, &waiter, &mut desk)? {
+            End::Replaced if out.is_in_place() => {}
+            End::Replaced => return Ok(End::Removed),
+            end => return Ok(end),
         }
     }
 }
@@ -115,6 +129,7 @@ fn receive(
     desk: &mut Desk,
 ) -> Result<End, ServiceError> {
     let mut silence = Silence { last_frame: Instant::now(), looked: Instant::now(), is_told: false };
+    let mut looked = Instant::now();
     // A frame that was sent before this subscriber came causes no event any more.
     take(search, frames, out);
     loop {
@@ -122,10 +137,17 @@ fn receive(
         let wake = waiter.wait(desk.patience(left))?;
         match wake {
             Wake::Stop => return Ok(End::Stopped),
-            Wake::Event | Wake::Other if take(search, frames, out) => silence.ends(search),
+            // A frame whose event was lost is found when the wait times out.
+            Wake::Event | Wake::Other | Wake::TimedOut if take(search, frames, out) => silence.ends(search),
             Wake::Event | Wake::Other | Wake::TimedOut => {}
         }
         desk.look(waiter, search)?;
+        if looked.elapsed() >= LOOK_EVERY {
+            looked = Instant::now();
+            if !out.is_in_place() {
+                return Ok(End::Removed);
+            }
+        }
         if silence.looked.elapsed() >= search.pace.deadline() {
             silence.goes_on(search, frames);
             if !frames.is_current() {

@@ -16,3 +16,4 @@ mod pictures;
 mod printing;
 mod real_data;
 mod together;
+mod wiped;
