@@ -85,6 +85,8 @@ impl<S: Service> Bus<S> {
             if !sweep::has_living_nodes(domain) {
                 sweep::remove_leftovers(domain);
             }
+            // Before the node, which cleans up the dead when it is made.
+            sweep::bury(domain);
             let node = NodeBuilder::new()
                 .name(&name)
                 .config(&config)
@@ -158,6 +160,7 @@ impl<S: Service> Bus<S> {
     fn heal(&self) -> Result<(), BusError> {
         self.clean_up_dead();
         let _alone = self.place.domain.enter(Company::Alone)?;
+        sweep::bury(&self.place.domain);
         sweep::heal(&self.place.domain);
         Ok(())
     }

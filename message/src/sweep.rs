@@ -1,11 +1,14 @@
 //! What a domain leaves behind, and its removal: by the last role that ends, the first that starts, and on healing.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
-use std::fs::{self, DirEntry};
+use std::fs::{self, DirEntry, Metadata};
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use iceoryx2::node::NodeView;
 use iceoryx2::prelude::{CallbackProgression, Node, NodeState, ipc};
 
 use crate::domain::{Domain, SHARED_MEMORY};
@@ -119,10 +122,9 @@ pub(crate) fn bytes_in_use(file: &Path) -> Option<u64> {
 pub(crate) fn heal(domain: &Domain) {
     for entry in entries(&domain.root().join(SERVICES)) {
         let Ok(metadata) = entry.metadata() else { continue };
-        let age = metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
         let incomplete = metadata.mode() & OWNER_WRITE != 0;
         if is_of(domain, &entry.file_name())
-            && age >= qos::CREATION_TIMEOUT
+            && age(&metadata) >= qos::CREATION_TIMEOUT
             && (incomplete
                 || !is_tagged(domain, &entry.file_name())
                 || lost_its_memory(domain, &entry.path()))
@@ -148,6 +150,174 @@ fn number_of(description: &str) -> Option<u128> {
         line.trim().strip_prefix('=')?.trim().parse::<u64>().ok().map(u128::from)
     };
     Some(part("unique_value")? << 64 | part("payload_value")?)
+}
+
+/// What iceoryx2 keeps of each node beside its directory: by the locks of these it knows who lives.
+const MONITOR_ENDS: [&str; 3] = ["node_monitor", "node_monitor_context", "node_monitor_owner_lock"];
+
+/// Removes what is left of nodes that iceoryx2 never cleans up, and makes it able to clean up others:
+///
+/// * Who is killed between the first and the last file of its monitor, or cleaning up another, leaves files that make no node.
+/// * Who is killed while it writes a tag leaves one that is not complete. iceoryx2 does not list it, so it cannot empty the node's
+///   directory; when it fails to remove that, the node's details are gone already, and without them nobody tries again.
+///
+/// The caller is alone at the gate, so no role of ours is making a node. What is younger than iceoryx2's own patience may be
+/// in work by a foreign program.
+pub(crate) fn bury(domain: &Domain) {
+    let nodes = domain.root().join(NODES);
+    for number in node_numbers(domain, &nodes) {
+        let monitor = monitor_files(domain, &nodes, &number);
+        let settled = monitor.iter().chain([&nodes.join(&number)]).all(|path| is_settled(path));
+        if settled && !monitor.iter().all(|path| path.exists()) {
+            remove_node(domain, &nodes, &number);
+        }
+    }
+    for (number, details) in dead_nodes(domain) {
+        match details {
+            Details::Known => remove_incomplete_tags(&nodes.join(number)),
+            Details::Gone => remove_node(domain, &nodes, &number),
+        }
+    }
+    // Where tags cannot be read nothing may be taken for untagged.
+    let _ = remove_untagged_listeners(domain, &nodes);
+}
+
+/// Who is killed between the making of a listener's files and its entry in the topic leaves them: iceoryx2 removes them by the
+/// entry only.
+fn remove_untagged_listeners(domain: &Domain, nodes: &Path) -> io::Result<()> {
+    // Files first, tags afterwards: a port's tag is made before its files.
+    let files = listener_files(domain)?;
+    let tagged = tagged_ports(domain, nodes)?;
+    for (port, path) in files {
+        if !tagged.contains(&port) && is_settled(&path) {
+            let _ = fs::remove_file(path);
+        }
+    }
+    Ok(())
+}
+
+/// `PREFIX_PORT.event` in the root and `PREFIX_HASH_PORT.event_mgmt` in shared memory, by port.
+fn listener_files(domain: &Domain) -> io::Result<Vec<(String, PathBuf)>> {
+    let mut names: Vec<_> =
+        shared_memory_of(domain)?.into_iter().map(|name| (Path::new(SHARED_MEMORY), name)).collect();
+    for entry in fs::read_dir(domain.root())? {
+        let name = entry?.file_name().into_string().unwrap_or_default();
+        if is_of(domain, OsStr::new(&name)) {
+            names.push((domain.root(), name));
+        }
+    }
+    let listener = |(folder, name): (&Path, String)| {
+        let rest = name.strip_prefix(domain.prefix())?;
+        let rest = rest.strip_suffix(".event").or_else(|| rest.strip_suffix(".event_mgmt"))?;
+        Some((rest.rsplit('_').next()?.to_owned(), folder.join(&name)))
+    };
+    Ok(names.into_iter().filter_map(listener).collect())
+}
+
+/// Ports of all nodes, dead or alive.
+fn tagged_ports(domain: &Domain, nodes: &Path) -> io::Result<BTreeSet<String>> {
+    let mut ports = BTreeSet::new();
+    for node in fs::read_dir(nodes)? {
+        let directory = node?.path();
+        let entries = match fs::read_dir(&directory) {
+            Ok(entries) => entries,
+            Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        for entry in entries {
+            ports.extend(port_of_tag(domain, &entry?.file_name()));
+        }
+    }
+    Ok(ports)
+}
+
+fn port_of_tag(domain: &Domain, name: &OsStr) -> Option<String> {
+    let port = name.to_str()?.strip_suffix(".port_tag")?.strip_prefix(domain.prefix())?;
+    Some(port.to_owned())
+}
+
+/// Whether iceoryx2 knows how to clean up a dead node.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Details {
+    Known,
+    Gone,
+}
+
+fn dead_nodes(domain: &Domain) -> Vec<(String, Details)> {
+    let mut dead = Vec::new();
+    let Ok(config) = domain.config() else { return dead };
+    // What cannot be listed is left as it is.
+    let _ = Node::<ipc::Service>::list(&config, |state| {
+        if let NodeState::Dead(node) = state {
+            let details = if node.details().is_some() { Details::Known } else { Details::Gone };
+            dead.push((node.id().value().to_string(), details));
+        }
+        CallbackProgression::Continue
+    });
+    dead
+}
+
+/// Numbers of all nodes of which there is a directory or a file.
+fn node_numbers(domain: &Domain, nodes: &Path) -> BTreeSet<String> {
+    let number = |entry: DirEntry| {
+        let name = entry.file_name().into_string().ok()?;
+        let number = name.strip_prefix(domain.prefix()).unwrap_or(&name).split('.').next()?;
+        number.bytes().all(|byte| byte.is_ascii_digit()).then(|| number.to_owned())
+    };
+    entries(nodes).filter_map(number).collect()
+}
+
+fn monitor_files(domain: &Domain, nodes: &Path, number: &str) -> [PathBuf; 3] {
+    MONITOR_ENDS.map(|end| nodes.join(format!("{}{number}.{end}", domain.prefix())))
+}
+
+/// Not there, or not touched for as long as iceoryx2 waits.
+fn is_settled(path: &Path) -> bool {
+    let Ok(metadata) = path.symlink_metadata() else { return true };
+    age(&metadata) >= qos::CREATION_TIMEOUT
+}
+
+/// Zero for what is from the future.
+fn age(metadata: &Metadata) -> Duration {
+    metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default()
+}
+
+fn remove_incomplete_tags(directory: &Path) {
+    for entry in entries(directory).filter(|entry| entry.file_name().to_string_lossy().ends_with("_tag")) {
+        if entry.metadata().is_ok_and(|metadata| metadata.mode() & OWNER_WRITE != 0) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Removes a node's ports, its directory and its monitor.
+fn remove_node(domain: &Domain, nodes: &Path, number: &str) {
+    let directory = nodes.join(number);
+    for entry in entries(&directory) {
+        if let Some(port) = port_of_tag(domain, &entry.file_name()) {
+            remove_port(domain, &port);
+        }
+    }
+    remove_directory(domain, &directory);
+    for path in monitor_files(domain, nodes, number) {
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Files of a port: its number, which is used once, is in their names.
+fn remove_port(domain: &Domain, port: &str) {
+    let is_port = |name: &str| name.split(['_', '.']).any(|word| word == port);
+    for name in shared_memory_of(domain).unwrap_or_default().iter().filter(|name| is_port(name)) {
+        let _ = fs::remove_file(Path::new(SHARED_MEMORY).join(name));
+    }
+    for entry in entries(domain.root()) {
+        let name = entry.file_name();
+        if is_of(domain, &name) && name.to_str().is_some_and(is_port) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Whether a node, alive or not yet cleaned up, says that it uses the topic with this description.
@@ -226,6 +396,69 @@ mod tests {
         heal(&domain);
         assert!(kept.exists() && !lost.exists());
         fs::remove_file(memory).unwrap();
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+
+    #[test]
+    fn files_that_make_no_node_are_removed_with_what_its_ports_keep() {
+        let domain = domain("bury");
+        let (prefix, nodes) = (domain.prefix().to_owned(), domain.root().join(NODES));
+        let old = |path: PathBuf| {
+            let file = fs::File::create(&path).unwrap();
+            file.set_modified(SystemTime::now() - Duration::from_secs(3)).unwrap();
+            path
+        };
+        let tag = old(nodes.join("123").join(format!("{prefix}77.port_tag")));
+        let lock = old(nodes.join(format!("{prefix}123.node_monitor_owner_lock")));
+        let event = old(domain.root().join(format!("{prefix}77.event")));
+        let connection = old(Path::new(SHARED_MEMORY).join(format!("{prefix}ab_88_77.connection")));
+        let other = old(Path::new(SHARED_MEMORY).join(format!("{prefix}ab_88_770.connection")));
+        let young = nodes.join("456");
+        fs::create_dir_all(&young).unwrap();
+        bury(&domain);
+        assert!(tag.exists(), "its directory is young");
+        std::thread::sleep(qos::CREATION_TIMEOUT);
+        fs::remove_dir(&young).unwrap();
+        fs::create_dir_all(&young).unwrap();
+        bury(&domain);
+        assert!(!tag.exists() && !lock.exists() && !event.exists() && !connection.exists());
+        assert!(other.exists() && young.exists() && !nodes.join("123").exists());
+        fs::remove_file(other).unwrap();
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+
+    #[test]
+    fn files_of_listeners_that_no_node_has_are_removed() {
+        let domain = domain("listeners");
+        let (prefix, nodes) = (domain.prefix().to_owned(), domain.root().join(NODES));
+        let file = |folder: &Path, name: &str, age: Duration| {
+            let path = folder.join(format!("{prefix}{name}"));
+            fs::File::create(&path).unwrap().set_modified(SystemTime::now() - age).unwrap();
+            path
+        };
+        let (shared, old) = (Path::new(SHARED_MEMORY), Duration::from_secs(3));
+        file(&nodes.join("123"), "77.port_tag", old);
+        let used = [file(domain.root(), "77.event", old), file(shared, "ab_77.event_mgmt", old)];
+        let left = [file(domain.root(), "78.event", old), file(shared, "ab_78.event_mgmt", old)];
+        let others = [file(shared, "ab_78.dynamic", old), file(domain.root(), "79.event", Duration::ZERO)];
+        remove_untagged_listeners(&domain, &nodes).unwrap();
+        assert!(!left.iter().any(|path| path.exists()));
+        assert!(used.iter().chain(&others).all(|path| path.exists()));
+        used.iter().chain(&others).for_each(|path| fs::remove_file(path).unwrap());
+        assert!(remove_untagged_listeners(&domain, &nodes.join("none")).is_err());
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+
+    #[test]
+    fn tags_that_are_not_complete_do_not_keep_the_directory_of_a_dead_node() {
+        let domain = domain("tags");
+        let directory = domain.root().join(NODES).join("123");
+        let [complete, incomplete] = ["1.port_tag", "2.service_tag"].map(|name| directory.join(name));
+        for (path, mode) in [(&complete, 0o400), (&incomplete, 0o600)] {
+            fs::File::create(path).unwrap().set_permissions(fs::Permissions::from_mode(mode)).unwrap();
+        }
+        remove_incomplete_tags(&directory);
+        assert!(complete.exists() && !incomplete.exists());
         fs::remove_dir_all(domain.root()).unwrap();
     }
 
