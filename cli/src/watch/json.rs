@@ -10,6 +10,8 @@ use crate::tag_json::TagJson;
 struct MessageJson<'a> {
     camera: &'a str,
     detector: &'a str,
+    camera_epoch: u64,
+    detector_epoch: u64,
     frame: u64,
     capture_kind: &'static str,
     capture_ns: u64,
@@ -31,6 +33,8 @@ pub(super) fn line(camera: &str, detector: &str, detections: &Detections) -> Res
     let message = MessageJson {
         camera,
         detector,
+        camera_epoch: header.epoch,
+        detector_epoch: header.detector_epoch,
         frame: header.sequence,
         capture_kind: header.capture_moment().name(),
         capture_ns: header.capture_ns,

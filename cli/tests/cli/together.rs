@@ -43,6 +43,8 @@ fn the_built_in_scene_is_seen_with_its_ids_and_the_stamps_of_every_hop() {
             line["capture_ns"].is_u64()
                 && line["capture_kind"].is_string()
                 && line["frames_dropped"].is_u64()
+                && line["camera_epoch"].is_u64()
+                && line["detector_epoch"].is_u64()
         );
         seen.extend(tags(&line));
     }
