@@ -1,7 +1,8 @@
 //! What can be asked for on the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use clap::builder::TypedValueParser as _;
 use clap::{Parser, Subcommand};
 
 use crate::sets::NAMES;
@@ -18,6 +19,7 @@ pub(crate) struct Arguments {
 }
 
 const EXAMPLES: &str = "Examples:
+  tagbus-bench chaos --kills 60 --startup
   tagbus-bench cpu photo.jpg board.png
   tagbus-bench corners --family tagCustom48h12 --decimate 2
   tagbus-bench corners --gamma 2.2 --cell 5,6,7,8
@@ -28,6 +30,9 @@ const EXAMPLES: &str = "Examples:
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// kill -9 of random roles of a whole machine (supervisor, camera, detector, clients), and how soon detections arrive again.
+    /// Fails when one does not recover, ends, panics or leaves something.
+    Chaos(ChaosArguments),
     /// CPU time per picture of this detector and, with the feature `peers`, of the AprilTag C library, interleaved.
     Cpu(CpuArguments),
     /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
@@ -52,6 +57,28 @@ pub(crate) enum Command {
     Sweep(SweepArguments),
     /// Wall time of a frame with one thread and with several.
     Threads(ThreadsArguments),
+}
+
+#[derive(clap::Args)]
+pub(crate) struct ChaosArguments {
+    /// Kills of running roles.
+    #[arg(long, default_value_t = 500)]
+    pub(crate) kills: usize,
+    /// Clients, each a process of its own.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=32).map(|count| count as usize))]
+    pub(crate) clients: usize,
+    /// Another seed gives other roles and moments.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// In addition, in random order, as many kills of roles within 100 ms of their start.
+    #[arg(long)]
+    pub(crate) startup: bool,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page, every kill as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
 }
 
 #[derive(clap::Args)]
@@ -310,6 +337,21 @@ pub(crate) struct ThreadsArguments {
     /// Folder for the page.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
+}
+
+/// The program `tagbus` that is named, or that lies beside this one.
+pub(crate) fn beside_this(named: Option<&Path>) -> Result<PathBuf, std::io::Error> {
+    let program = match named {
+        Some(program) => program.to_owned(),
+        None => std::env::current_exe()?.with_file_name("tagbus"),
+    };
+    if program.is_file() {
+        return Ok(program);
+    }
+    let path = program.display();
+    Err(std::io::Error::other(format!(
+        "{path} is not there: build it (cargo build --release -p tagbus-cli) or name it with --program"
+    )))
 }
 
 fn sets_and_natural() -> Vec<&'static str> {

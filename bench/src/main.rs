@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod arguments;
+mod chaos;
 mod clock;
 mod compare;
 mod corners;
@@ -25,9 +26,9 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments, HostileArguments,
-    IndexArguments, PaperArguments, PhasesArguments, RecursiveArguments, RenderArguments, SweepArguments,
-    ThreadsArguments,
+    Arguments, ChaosArguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments,
+    HostileArguments, IndexArguments, PaperArguments, PhasesArguments, RecursiveArguments, RenderArguments,
+    SweepArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -37,6 +38,7 @@ type Failure = Box<dyn std::error::Error>;
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
+        Command::Chaos(arguments) => chaos(&arguments),
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Corners(arguments) => corners(&arguments),
         Command::FalsePositives(arguments) => false_positives(&arguments),
@@ -56,6 +58,31 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+fn chaos(arguments: &ChaosArguments) -> Result<(), Failure> {
+    let ChaosArguments { kills, clients, seed, startup, program, record } = arguments;
+    let plan = chaos::Plan {
+        program: arguments::beside_this(program.as_deref())?,
+        kills: *kills,
+        startup: *startup,
+        clients: *clients,
+        seed: *seed,
+    };
+    let outcome = chaos::run(&plan)?;
+    let page = chaos::page(&outcome);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    chaos::figure(&outcome, &folder.join("chaos.svg"))?;
+    std::fs::write(folder.join("chaos.csv"), chaos::csv(&outcome))?;
+    let how = format!(
+        "`tagbus-bench chaos --kills {kills} --clients {clients} --seed {seed}{}`; {}",
+        if *startup { " --startup" } else { "" },
+        chaos::HOW
+    );
+    let page = format!("[Distribution](chaos.svg), [every kill](chaos.csv)\n\n{page}");
+    Ok(record::write_page(&folder.join("chaos.md"), "Kills of random roles", &how, &page)?)
 }
 
 fn cpu(arguments: &CpuArguments) -> Result<(), Failure> {
