@@ -13,6 +13,7 @@ use iceoryx2::prelude::{Node, NodeBuilder, NodeName, Service, SignalHandlingMode
 
 use crate::domain::{Domain, DomainError};
 use crate::gate::Company;
+use crate::other_version;
 use crate::qos::QosError;
 use crate::stop::Stop;
 use crate::sweep;
@@ -153,7 +154,20 @@ impl<S: Service> Bus<S> {
                 Verdict::Crowded | Verdict::Different => drop(self.clean_up_dead()),
                 Verdict::Absent | Verdict::Again | Verdict::Hopeless => {}
             }
-            tries.failed(&error)?;
+            tries.failed(&error).map_err(|error| self.look_for_other_version(error, patience))?;
+        }
+    }
+
+    /// A topic that did not come in time may be there in another version.
+    fn look_for_other_version(&self, error: BusError, patience: Patience) -> BusError {
+        match (error, patience) {
+            (BusError::Absent { topic, waited }, Patience::AtMost(_)) => {
+                match other_version::instead_of(self.domain(), &topic) {
+                    Some(there) => BusError::OtherVersion { topic, there },
+                    None => BusError::Absent { topic, waited },
+                }
+            }
+            (error, _) => error,
         }
     }
 
@@ -258,6 +272,13 @@ pub enum BusError {
         /// How long it was waited for.
         waited: Duration,
     },
+    /// A topic did not come in time, but one of another version is there.
+    OtherVersion {
+        /// The topic that this program knows.
+        topic: String,
+        /// What is there instead.
+        there: String,
+    },
     /// Another role of this name runs.
     Taken {
         /// "camera" or "detector".
@@ -316,6 +337,10 @@ impl fmt::Display for BusError {
                 f,
                 "{topic} did not appear within {:.1} s: start its publisher, in the same --domain and under the same user",
                 waited.as_secs_f64()
+            ),
+            Self::OtherVersion { topic, there } => write!(
+                f,
+                "{topic} is not there, but {there}: the versions do not understand each other, use programs of one version of tagbus"
             ),
             Self::Taken { role, name, domain } => write!(
                 f,

@@ -36,6 +36,7 @@ pub mod frame;
 mod gate;
 mod header_error;
 pub mod info;
+mod other_version;
 pub mod ports;
 pub mod qos;
 #[cfg(test)]

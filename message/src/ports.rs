@@ -20,6 +20,7 @@ use iceoryx2::prelude::{
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::event::PortFactory as EventService;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as DataService;
+use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
 use crate::bus::{Bus, BusError, Part, Patience};
 use crate::detection::{DetectionsHeader, TagDetection};
@@ -344,7 +345,8 @@ impl<S: Service> Bus<S> {
         let consume = Part::Consumer;
         let data = self.persist(topic, consume, patience, || {
             self.node().service_builder(&name).publish_subscribe::<[T]>().user_header::<H>().open()
-        })?;
+        });
+        let data = data.map_err(|error| self.explain_types::<T, H>(error, &name))?;
         let events =
             self.persist(topic, consume, patience, || self.node().service_builder(&name).event().open())?;
         let subscriber = self
@@ -361,6 +363,23 @@ impl<S: Service> Bus<S> {
             }
             other => other,
         }
+    }
+
+    /// Adds both sides of a difference of layouts.
+    fn explain_types<T, H>(&self, error: BusError, name: &ServiceName) -> BusError
+    where
+        T: Debug + ZeroCopySend,
+        H: Debug + ZeroCopySend,
+    {
+        let BusError::Different { topic, reason, .. } = error else { return error };
+        let here = [TypeDetail::new::<T>(TypeVariant::Dynamic), TypeDetail::new::<H>(TypeVariant::FixedSize)];
+        let there = S::details(name, self.node().config(), MessagingPattern::PublishSubscribe);
+        let there = there.ok().flatten().map(|details| {
+            let types = *details.static_details.publish_subscribe().message_type_details();
+            format!("; there: {}", describe_types(&[types.payload, types.user_header]))
+        });
+        let both = format!("; here: {}{}", describe_types(&here), there.unwrap_or_default());
+        BusError::Different { topic, reason, both }
     }
 
     /// Adds both sides of a difference, and who holds the topic.
@@ -386,6 +405,12 @@ impl<S: Service> Bus<S> {
             if holders.is_empty() { "nobody alive".to_owned() } else { holders.join(", ") },
         ))
     }
+}
+
+/// Payload and header as "u8 of 1 bytes with tagbus.FrameHeader.v1 of 160 bytes".
+fn describe_types(types: &[TypeDetail; 2]) -> String {
+    let [payload, header] = types.each_ref().map(|of| format!("{} of {} bytes", of.type_name(), of.size()));
+    format!("{payload} with {header}")
 }
 
 fn describe_node<S: Service>(node: &NodeState<S>) -> Option<String> {

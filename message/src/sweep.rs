@@ -134,6 +134,13 @@ pub(crate) fn heal(domain: &Domain) {
     }
 }
 
+/// The texts of all descriptions of topics.
+pub(crate) fn descriptions(domain: &Domain) -> Vec<String> {
+    let services = domain.root().join(SERVICES);
+    let own = entries(&services).filter(|entry| is_of(domain, &entry.file_name()));
+    own.filter_map(|entry| fs::read_to_string(entry.path()).ok()).collect()
+}
+
 /// Whether what a complete description stands for was removed from shared memory by force: nobody can open that topic any more.
 fn lost_its_memory(domain: &Domain, description: &Path) -> bool {
     let number = fs::read_to_string(description).ok().and_then(|text| number_of(&text));

@@ -166,6 +166,46 @@ fn other_settings_of_a_running_topic_are_told_with_both_sides() {
 }
 
 #[test]
+fn another_layout_of_a_running_topic_is_told_with_both_sides() {
+    let ground = Ground::new();
+    let stranger = ground.bus("camera of another make");
+    let name = "tagbus/v1/cam0/frames".try_into().unwrap();
+    let builder = stranger.node().service_builder(&name).publish_subscribe::<[u8]>().user_header::<u64>();
+    let _running = builder.create().unwrap();
+    let error = ground.bus("viewer").open_frames("cam0", 1, Patience::AtMost(WATCHDOG)).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, BusError::Different { .. }), "{text}");
+    assert!(text.contains("here: u8 of 1 bytes with tagbus.FrameHeader.v1 of"), "{text}");
+    assert!(text.contains("there: u8 of 1 bytes with u64 of 8 bytes"), "{text}");
+}
+
+#[test]
+fn a_topic_of_another_version_is_told_with_both_versions() {
+    let ground = Ground::new();
+    let future = ground.bus("camera of the future");
+    let name = "tagbus/v2/cam0/frames".try_into().unwrap();
+    let _running = future.node().service_builder(&name).publish_subscribe::<[u8]>().create().unwrap();
+    let patience = Patience::AtMost(Duration::from_millis(50));
+    let viewer = ground.bus("viewer");
+    let error = viewer.open_frames("cam0", 1, patience).unwrap_err().to_string();
+    assert!(error.contains("tagbus/v1/cam0/frames") && error.contains("tagbus/v2/cam0/frames"), "{error}");
+    let error = viewer.open_frames("cam1", 1, patience).unwrap_err();
+    assert!(matches!(error, BusError::Absent { .. }), "{error}");
+}
+
+#[test]
+fn programs_of_another_iceoryx2_in_the_same_domain_are_told_with_both_versions() {
+    let ground = Ground::new();
+    let other = ground.domain.prefix().replacen("tb010_", "tb011_", 1);
+    let trace = std::path::Path::new("/dev/shm").join(format!("{other}1_2.data"));
+    std::fs::write(&trace, "x").unwrap();
+    let patience = Patience::AtMost(Duration::from_millis(50));
+    let error = ground.bus("viewer").open_frames("cam0", 1, patience).unwrap_err().to_string();
+    std::fs::remove_file(trace).unwrap();
+    assert!(error.contains("iceoryx2 0.11") && error.contains("is of 0.10"), "{error}");
+}
+
+#[test]
 fn a_late_subscriber_gets_the_last_information() {
     let ground = Ground::new();
     let out = ground.bus("camera cam0").create_info("cam0").unwrap();

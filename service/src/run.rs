@@ -21,6 +21,10 @@ const WORTH_TELLING: Duration = Duration::from_secs(1);
 /// How often is looked whether those who come still find the detections topic.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
+/// A connection from which nothing has come for so long is made anew. That costs milliseconds, and one that was never completed, which
+/// was seen once on a starved machine, would stay silent for ever.
+const OPEN_AGAIN_AFTER: Duration = Duration::from_secs(3);
+
 /// Pause between two looks for a camera that is not there: shorter at first than later.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(10);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
@@ -37,7 +41,7 @@ struct Place {
 enum End {
     /// The service was asked to stop.
     Stopped,
-    /// The frames topic was removed by force: it has to be opened again.
+    /// The frames topic was removed by force, or nothing has come from it for long: it has to be opened again.
     Replaced,
     /// The detections topic was: everything has to be made again.
     Removed,
@@ -77,6 +81,7 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
     search.tell(&Report::Ready { reserved: out.reserved(), touched });
     let set = wait_set::<Local>()?;
     let mut desk = Desk::new(&requests, search);
+    let mut silence = Silence::new();
     loop {
         search.state = DetectorState::WaitingForCamera;
         let waiter = Waiter::new(&set, stop, None)?.with_requests(requests.listener())?;
@@ -84,10 +89,12 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
             return Ok(End::Stopped);
         };
         drop(waiter);
-        search.tell(&Report::Connected);
+        if !silence.is_told {
+            search.tell(&Report::Connected);
+        }
         search.state = DetectorState::Detecting;
         let waiter = Waiter::new(&set, stop, Some(frames.listener()))?.with_requests(requests.listener())?;
-        match receive(search, &frames, &out, &waiter, &mut desk)? {
+        match receive(search, &frames, &out, &waiter, &mut desk, &mut silence)? {
             End::Replaced if out.is_in_place() => {}
             End::Replaced => return Ok(End::Removed),
             end => return Ok(end),
@@ -127,8 +134,9 @@ fn receive(
     out: &DetectionsOut<Local>,
     waiter: &Waiter<Local>,
     desk: &mut Desk,
+    silence: &mut Silence,
 ) -> Result<End, ServiceError> {
-    let mut silence = Silence { last_frame: Instant::now(), looked: Instant::now(), is_told: false };
+    let opened = Instant::now();
     let mut looked = Instant::now();
     // A frame that was sent before this subscriber came causes no event any more.
     take(search, frames, out);
@@ -150,7 +158,8 @@ fn receive(
         }
         if silence.looked.elapsed() >= search.pace.deadline() {
             silence.goes_on(search, frames);
-            if !frames.is_current() {
+            let is_stuck = silence.last_frame.elapsed().min(opened.elapsed()) >= OPEN_AGAIN_AFTER;
+            if is_stuck || !frames.is_current() {
                 return Ok(End::Replaced);
             }
         }
@@ -166,6 +175,10 @@ struct Silence {
 }
 
 impl Silence {
+    fn new() -> Self {
+        Self { last_frame: Instant::now(), looked: Instant::now(), is_told: false }
+    }
+
     fn ends(&mut self, search: &mut Search) {
         (self.last_frame, self.looked) = (Instant::now(), Instant::now());
         if std::mem::take(&mut self.is_told) {

@@ -357,3 +357,21 @@ fn detection_pauses_while_nobody_subscribes_and_resumes_with_the_next_frame() {
     let (summary, _) = service.end();
     assert!(summary.frames_unwatched > 0, "{summary:?}");
 }
+
+#[test]
+fn a_camera_that_is_silent_for_long_is_connected_again_and_its_next_frame_is_searched() {
+    let ground = Ground::new();
+    let service = Service::start(ground.config());
+    let (mut camera, mut client) = (ground.camera(), ground.client());
+    let picture = picture_of(&[7]);
+    drop(camera.publish_until_heard(&picture, &mut client));
+    // Longer than the time after which the connection is made anew.
+    std::thread::sleep(Duration::from_secs(4));
+    let sequence = camera.sequence;
+    while camera.publish_until_heard(&picture, &mut client).header().sequence < sequence {}
+    drop(client);
+    let (_, reports) = service.end();
+    let connected = reports.iter().filter(|report| **report == Report::Connected).count();
+    assert_eq!(connected, 1, "users are told of the silence, not of each try: {reports:?}");
+    assert!(reports.contains(&Report::Back), "{reports:?}");
+}
