@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::TypedValueParser as _;
 use clap::{Parser, Subcommand};
 
+use crate::crowd::Order;
 use crate::sets::NAMES;
 
 /// The set of pictures that the user names.
@@ -26,6 +27,7 @@ const EXAMPLES: &str = "Examples:
   cargo run --release -p tagbus-bench --features peers -- cpu --record bench/record/cpu.md photo.jpg
   tagbus-bench false-positives --images photos,boards --record bench/record
   tagbus-bench render textured --count 20 --out target/textured
+  tagbus-bench soak --minutes 1
   cargo run --release -p tagbus-bench --features peers -- sweep textured --count 10 --record bench/record";
 
 #[derive(Subcommand)]
@@ -33,6 +35,9 @@ pub(crate) enum Command {
     /// kill -9 of random roles of a whole machine (supervisor, camera, detector, clients), and how soon detections arrive again.
     /// Fails when one does not recover, ends, panics or leaves something.
     Chaos(ChaosArguments),
+    /// A client of a machine that this program starts.
+    #[command(hide = true)]
+    Client(Order),
     /// CPU time per picture of this detector and, with the feature `peers`, of the AprilTag C library, interleaved.
     Cpu(CpuArguments),
     /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
@@ -44,6 +49,9 @@ pub(crate) enum Command {
     Hostile(HostileArguments),
     /// All published families loaded at once: memory, time until ready, time of a look-up, agreement with brute force.
     Index(IndexArguments),
+    /// Two cameras, three detectors and many clients on one domain while parameters change every second: fails when a message mixes
+    /// two parameter sets, a change takes effect within a frame, or anybody is refused.
+    Many(ManyArguments),
     /// CPU time of each phase at every level of instructions and, with the feature `peers`, how many times ours the AprilTag
     /// C library takes on the same frames.
     Phases(PhasesArguments),
@@ -53,8 +61,12 @@ pub(crate) enum Command {
     Recursive(RecursiveArguments),
     /// Frames of a data set with exact truth, as files or as a list.
     Render(RenderArguments),
+    /// Camera, detector and clients, four of 16 slow and two stuck, for a long time: fails when anything grows or is lost.
+    Soak(SoakArguments),
     /// Every configuration of every detector on a data set: recall, wrong ids, corner errors, CPU time.
     Sweep(SweepArguments),
+    /// CPU time and system calls of a running detector for each empty frame, the latter counted by strace.
+    Syscalls(SyscallsArguments),
     /// Wall time of a frame with one thread and with several.
     Threads(ThreadsArguments),
 }
@@ -313,6 +325,63 @@ pub(crate) struct FalsePositivesArguments {
     #[arg(long, default_value_t = 1)]
     pub(crate) threads: usize,
     /// Folder for the page, the figures as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct SoakArguments {
+    /// How long.
+    #[arg(long, default_value_t = 30.0)]
+    pub(crate) minutes: f64,
+    /// Clients, each a process of its own; a quarter of them is slow and an eighth stuck.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=32))]
+    pub(crate) clients: u32,
+    /// Frames a second.
+    #[arg(long, default_value_t = 200)]
+    pub(crate) rate: u32,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page, the figures as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct ManyArguments {
+    /// How long, with a change of each detector every second.
+    #[arg(long, default_value_t = 60)]
+    pub(crate) seconds: u32,
+    /// Clients, each a process of its own.
+    #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(3..=96))]
+    pub(crate) clients: u32,
+    /// Frames a second of each camera.
+    #[arg(long, default_value_t = 30)]
+    pub(crate) rate: u32,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct SyscallsArguments {
+    /// How long each of both is counted.
+    #[arg(long, default_value_t = 10)]
+    pub(crate) seconds: u32,
+    /// Numbers of clients, one line of the table each.
+    #[arg(long, value_delimiter = ',', default_value = "0,1,4,16")]
+    pub(crate) clients: Vec<usize>,
+    /// Frames a second.
+    #[arg(long, default_value_t = 60)]
+    pub(crate) rate: u32,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }

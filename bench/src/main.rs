@@ -6,10 +6,12 @@ mod chaos;
 mod clock;
 mod compare;
 mod corners;
+mod crowd;
 mod false_positives;
 mod hostile;
 mod index;
 mod machine;
+mod many;
 mod median;
 mod memory;
 mod paper_ablations;
@@ -18,7 +20,9 @@ mod phases;
 mod record;
 mod recursive;
 mod sets;
+mod soak;
 mod sweep;
+mod syscalls;
 mod threads;
 
 use std::path::Path;
@@ -27,8 +31,8 @@ use std::time::Duration;
 
 use arguments::{
     Arguments, ChaosArguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments,
-    HostileArguments, IndexArguments, PaperArguments, PhasesArguments, RecursiveArguments, RenderArguments,
-    SweepArguments, ThreadsArguments,
+    HostileArguments, IndexArguments, ManyArguments, PaperArguments, PhasesArguments, RecursiveArguments,
+    RenderArguments, SoakArguments, SweepArguments, SyscallsArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -40,15 +44,19 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Chaos(arguments) => chaos(&arguments),
         Command::Cpu(arguments) => cpu(&arguments),
+        Command::Client(order) => crowd::client(&order),
         Command::Corners(arguments) => corners(&arguments),
         Command::FalsePositives(arguments) => false_positives(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
         Command::Paper(arguments) => paper(&arguments),
         Command::Index(arguments) => index(&arguments),
+        Command::Many(arguments) => many(&arguments),
         Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
         Command::Render(arguments) => render(&arguments),
+        Command::Soak(arguments) => soak(&arguments),
         Command::Sweep(arguments) => sweep(&arguments),
+        Command::Syscalls(arguments) => syscalls(&arguments),
         Command::Threads(arguments) => threads(&arguments),
     };
     match result {
@@ -185,6 +193,25 @@ fn index(arguments: &IndexArguments) -> Result<(), Failure> {
     }
 }
 
+fn many(arguments: &ManyArguments) -> Result<(), Failure> {
+    let ManyArguments { seconds, clients, rate, program, record } = arguments;
+    let program = arguments::beside_this(program.as_deref())?;
+    let plan = many::Plan { program, seconds: *seconds, clients: *clients as usize, rate: *rate };
+    let told = many::run(&plan)?;
+    let page = many::page(&told);
+    print!("{page}");
+    if let Some(folder) = record {
+        std::fs::create_dir_all(folder)?;
+        let command = format!("`tagbus-bench many --seconds {seconds} --clients {clients} --rate {rate}`");
+        let how = format!("{command}; {}", many::HOW);
+        record::write_page(&folder.join("many.md"), "Changes while many listen", &how, &page)?;
+    }
+    match many::faults(&told).as_slice() {
+        [] => Ok(()),
+        faults => Err(format!("this must not happen: {}", faults.join("; ")).into()),
+    }
+}
+
 fn phases(arguments: &PhasesArguments) -> Result<(), Failure> {
     machine::pin_to(arguments.core)?;
     let PhasesArguments { pictures, decimate, rounds, record, .. } = arguments;
@@ -251,6 +278,51 @@ fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+fn soak(arguments: &SoakArguments) -> Result<(), Failure> {
+    let SoakArguments { minutes, clients, rate, program, record } = arguments;
+    let program = arguments::beside_this(program.as_deref())?;
+    let plan = soak::Plan { program, minutes: *minutes, clients: *clients as usize, rate: *rate };
+    let outcome = soak::run(&plan)?;
+    let page = soak::page(&plan, &outcome);
+    print!("{page}");
+    if let Some(folder) = record {
+        std::fs::create_dir_all(folder)?;
+        soak::figure(&outcome, &folder.join("soak.svg"))?;
+        std::fs::write(folder.join("soak.csv"), soak::csv(&outcome))?;
+        let how = format!(
+            "`tagbus-bench soak --minutes {minutes} --clients {clients} --rate {rate}`; {}",
+            soak::HOW
+        );
+        let page = format!("[Over time](soak.svg), [every look](soak.csv)\n\n{page}");
+        record::write_page(&folder.join("soak.md"), "Many clients for a long time", &how, &page)?;
+    }
+    match soak::faults(&plan, &outcome).as_slice() {
+        [] => Ok(()),
+        faults => Err(format!("this must not happen: {}", faults.join("; ")).into()),
+    }
+}
+
+fn syscalls(arguments: &SyscallsArguments) -> Result<(), Failure> {
+    let SyscallsArguments { seconds, clients, rate, program, record } = arguments;
+    let program = arguments::beside_this(program.as_deref())?;
+    let plan = syscalls::Plan { program, seconds: *seconds, clients: clients.clone(), rate: *rate };
+    let page = syscalls::run(&plan)?;
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let how = format!(
+        "`tagbus-bench syscalls --seconds {seconds} --rate {rate}`: an empty frame of 640x480, one detector with one thread (`--always`), \
+         after three seconds of warm-up; first CPU time of the detector's process (schedstat) from frame to frame, waiting, \
+         receiving, searching, sending and waking all clients together, then `strace -c -f` on all its threads"
+    );
+    Ok(record::write_page(
+        &folder.join("syscalls.md"),
+        "CPU time and system calls of a detector",
+        &how,
+        &page,
+    )?)
 }
 
 fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {

@@ -1,0 +1,9 @@
+//! A whole machine of processes: cameras and detectors of the program `tagbus`, and clients that are processes of this program.
+
+mod client;
+mod machine;
+mod tally;
+
+pub(crate) use client::{Order, Temper, client};
+pub(crate) use machine::{Machine, Part};
+pub(crate) use tally::{InForce, Tally};
