@@ -199,8 +199,9 @@ impl FrameHeader {
     }
 
     fn check_picture(&self, payload_len: usize) -> Result<(), HeaderError> {
-        let end = u64::from(self.data_offset).saturating_add(self.bytes_used);
-        if end > payload_len as u64 {
+        // A sum that passes 64 bits fits no payload, not even one of which that many bytes are said.
+        let end = u64::from(self.data_offset).checked_add(self.bytes_used);
+        if end.is_none_or(|end| end > payload_len as u64) {
             let (data_offset, bytes_used) = (self.data_offset, self.bytes_used);
             return Err(HeaderError::Picture { data_offset, bytes_used, payload_len });
         }
