@@ -3,9 +3,10 @@
 # Neither root nor an installation is needed, and the host's package state is never touched: apt gets folders of its own.
 # What was fetched once is used from then on without a network.
 
-# An apt that knows both architectures and of no installed package, so that it names all that is needed.
+# An apt that knows both architectures and of no installed package, so that it names all that is needed. With $suite set it knows
+# that release of Debian, from where the system's own comes.
 make_private_apt() {
-    private_apt=$(mkdir -p "$target/apt" && cd "$target/apt" && pwd)
+    private_apt=$(mkdir -p "$target/apt${suite:+-$suite}" && cd "$target/apt${suite:+-$suite}" && pwd)
     [ ! -e "$private_apt/complete" ] || return 0
     rm -rf "${private_apt:?}"/* && mkdir -p "$private_apt"/{lists/partial,cache/archives/partial}
     : >"$private_apt/status"
@@ -22,9 +23,22 @@ Acquire::Languages "none";
 Acquire::Retries "1";
 Acquire::http::Timeout "30";
 CONF
+    [ -z "${suite:-}" ] || use_suite || return 1
     # An update that reaches nothing is a success for apt, so the lists themselves are looked for.
     with_private_apt apt-get -qq update >&2 && ls "$private_apt"/lists/*_Packages* >/dev/null 2>&1 &&
         touch "$private_apt/complete"
+}
+
+use_suite() {
+    local site
+    # shellcheck disable=SC2016
+    site=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | grep '/debian/$' | head -n 1)
+    [ -n "$site" ] || return 1
+    echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $site $suite main" >"$private_apt/sources.list"
+    cat >>"$private_apt/apt.conf" <<CONF
+Dir::Etc::sourcelist "$private_apt/sources.list";
+Dir::Etc::sourceparts "$private_apt/none";
+CONF
 }
 
 with_private_apt() { APT_CONFIG=$private_apt/apt.conf timeout 1200 "$@" </dev/null; }

@@ -33,6 +33,8 @@ pub enum Source {
     V4l(PathBuf),
     /// A camera on the Raspberry Pi's ribbon connector: `rpicam`, or `rpicam:/path/of/a/program` that takes the options of rpicam-vid.
     Rpicam(Option<PathBuf>),
+    /// A camera of the system's libcamera: `libcamera` for the first one, or `libcamera:ID`. Only in builds with the feature `libcamera`.
+    Libcamera(Option<String>),
 }
 
 impl FromStr for Source {
@@ -43,10 +45,12 @@ impl FromStr for Source {
         match text.split_once(':') {
             None if text == "scene" => Ok(Source::Scene { seed: DEFAULT_SEED }),
             None if text == "rpicam" => Ok(Source::Rpicam(None)),
+            None if text == "libcamera" => Ok(Source::Libcamera(None)),
             Some(("scene", seed)) => seed.parse().map(|seed| Source::Scene { seed }).map_err(|_| unknown()),
             Some(("replay", path)) if !path.is_empty() => Ok(Source::Replay(path.into())),
             Some(("v4l", path)) if !path.is_empty() => Ok(Source::V4l(path.into())),
             Some(("rpicam", path)) if path.starts_with('/') => Ok(Source::Rpicam(Some(path.into()))),
+            Some(("libcamera", id)) if !id.is_empty() => Ok(Source::Libcamera(Some(id.into()))),
             _ => Err(unknown()),
         }
     }
@@ -62,6 +66,8 @@ impl fmt::Display for Source {
             Self::V4l(path) => write!(f, "v4l:{}", path.display()),
             Self::Rpicam(None) => f.write_str("rpicam"),
             Self::Rpicam(Some(program)) => write!(f, "rpicam:{}", program.display()),
+            Self::Libcamera(None) => f.write_str("libcamera"),
+            Self::Libcamera(Some(id)) => write!(f, "libcamera:{id}"),
         }
     }
 }
@@ -72,7 +78,11 @@ pub struct SourceTextError(pub String);
 
 impl fmt::Display for SourceTextError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "unknown source '{}': scene, scene:SEED, replay:PATH, v4l:/dev/videoN or rpicam", self.0)?;
+        write!(
+            f,
+            "unknown source '{}': scene, scene:SEED, replay:PATH, v4l:/dev/videoN, rpicam or libcamera",
+            self.0
+        )?;
         match self.0.starts_with("/dev/") {
             true => write!(f, " (did you mean v4l:{}?)", self.0),
             false if std::path::Path::new(&self.0).exists() => {
@@ -191,6 +201,8 @@ mod tests {
             "v4l:/dev/v4l/by-id/usb-x:y",
             "rpicam",
             "rpicam:/usr/bin/x",
+            "libcamera",
+            "libcamera:/base/soc/i2c0mux/i2c@1/imx219@10",
         ];
         for text in texts {
             assert_eq!(text.parse::<Source>().unwrap().to_string(), text);
@@ -199,7 +211,7 @@ mod tests {
 
     #[test]
     fn texts_that_name_no_source_are_refused_with_what_is_allowed_and_what_was_probably_meant() {
-        for text in ["", "scene:", "scene:-1", "replay:", "v4l:", "rpicam:0", "webcam"] {
+        for text in ["", "scene:", "scene:-1", "replay:", "v4l:", "rpicam:0", "libcamera:", "webcam"] {
             let error = text.parse::<Source>().unwrap_err().to_string();
             assert!(error.contains(&format!("'{text}'")) && error.contains("replay:PATH"), "{error}");
         }

@@ -106,9 +106,43 @@ pub(crate) fn identifier(title: &str) -> String {
     words.map(str::to_lowercase).collect::<Vec<_>>().join("_")
 }
 
+/// The name that is most like `asked`: the fewest letters have to be added, dropped or replaced.
+#[cfg(any(feature = "v4l", feature = "libcamera"))]
+pub(crate) fn most_like<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // A part of a name is how people remember it: gain for analogue_gain.
+    let far = |name: &str| if name.contains(asked) { 0 } else { distance(asked, name) };
+    names.min_by_key(|name| far(name))
+}
+
+/// Levenshtein's distance.
+#[cfg(any(feature = "v4l", feature = "libcamera"))]
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(letter != *other);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(any(feature = "v4l", feature = "libcamera"))]
+    #[test]
+    fn the_nearest_name_is_one_that_holds_the_word_or_the_one_with_the_fewest_differences() {
+        let names = ["brightness", "analogue_gain", "exposure_time_absolute"];
+        let like = |asked| most_like(asked, names.into_iter()).unwrap();
+        assert_eq!((like("gain"), like("brihgtness"), like("exposure")), (names[1], names[0], names[2]));
+        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("abc", "")), (3, 3, 3));
+    }
 
     #[test]
     fn settings_are_read_back_from_what_they_print_and_names_may_be_the_drivers_words() {

@@ -16,6 +16,7 @@ use tagbus_message::frame::Fourcc;
 
 use crate::control::ControlInfo;
 use crate::device;
+use crate::libcamera;
 use crate::order;
 
 /// Drivers whose nodes give the raw data of a camera on the Raspberry Pi's ribbon connector, or belong to its image processor.
@@ -141,6 +142,12 @@ fn or_unknown(text: &str) -> &str {
 /// Lists the video devices, sorted by number. A device that cannot be asked has its reason in place of formats.
 #[must_use]
 pub fn list_devices() -> Vec<DeviceInfo> {
+    let mut found = list_video_devices();
+    found.extend(libcamera::list());
+    found
+}
+
+fn list_video_devices() -> Vec<DeviceInfo> {
     list_in(Path::new("/dev"), Path::new("/sys/class/video4linux"))
 }
 
@@ -230,7 +237,8 @@ pub(crate) fn is_ribbon_driver(driver: &str) -> bool {
 /// Text for a device that is not there.
 #[cfg(feature = "v4l")]
 pub(crate) fn why_absent(path: &Path, error: &std::io::Error) -> String {
-    let present: Vec<String> = list_devices().iter().map(|found| found.path.display().to_string()).collect();
+    let present: Vec<String> =
+        list_video_devices().iter().map(|found| found.path.display().to_string()).collect();
     let present = if present.is_empty() { "there are none".to_string() } else { present.join(" ") };
     format!("{}: {error}; video devices: {present} (see `tagbus camera --list`)", path.display())
 }

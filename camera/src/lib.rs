@@ -7,7 +7,8 @@
 //! MJPEG, AVI ── luma decoded ────────────────┤  (shared   └─▶ frames topic ──▶ whoever subscribes
 //! raw file ── read by the kernel ────────────┤   memory)      info topic: mode and state
 //! device ──── written by its driver ─────────┤
-//! rpicam ──── read from a program's pipe ────┘
+//! rpicam ──── read from a program's pipe ────┤
+//! libcamera ─ luma copied from its memory ───┘
 //! ```
 //!
 //! "Copies" in a frame's header are passes that this process made over the frame after it existed in memory: 0 for
@@ -59,8 +60,11 @@ mod synthetic;
 mod device;
 pub use device::Transfer;
 pub mod devices;
+mod libcamera;
 mod readiness;
 mod rpicam;
+#[cfg(any(feature = "v4l", feature = "libcamera"))]
+mod stamps;
 
 mod pace;
 

@@ -128,9 +128,15 @@ impl<'a> Outlet<'a> {
     }
 
     /// Format and size that memory was made for.
-    #[cfg(feature = "v4l")]
+    #[cfg(any(feature = "v4l", feature = "libcamera"))]
     pub(crate) fn largest(&self) -> FrameShape {
         self.publisher.largest()
+    }
+
+    /// Notes the exposure time of the next frame, nanoseconds; 0 when it is not known.
+    #[cfg(feature = "libcamera")]
+    pub(crate) fn note_exposure(&mut self, exposure_ns: u64) {
+        self.publisher.note_exposure(exposure_ns);
     }
 
     /// Publishes a frame. That it did not reach everybody is no error, unless it happens many times in a row.

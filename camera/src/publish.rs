@@ -101,7 +101,7 @@ impl FramePublisher {
     }
 
     /// Format and size of the largest frame.
-    #[cfg(feature = "v4l")]
+    #[cfg(any(feature = "v4l", feature = "libcamera"))]
     pub(crate) fn largest(&self) -> FrameShape {
         self.largest
     }
@@ -161,6 +161,12 @@ impl FramePublisher {
             self.frames.bus().clean_up_dead();
         }
         Ok(())
+    }
+
+    /// The exposure time of the frames from now on, nanoseconds; 0 when it is not known.
+    #[cfg(feature = "libcamera")]
+    pub(crate) fn note_exposure(&mut self, exposure_ns: u64) {
+        self.exposure_ns = exposure_ns;
     }
 
     /// Whether those who come still find the topic.

@@ -16,18 +16,20 @@ use tagbus_message::clock;
 use tagbus_message::frame::Fourcc;
 use tagbus_message::info::CameraState;
 use tagbus_message::qos::{FRAMES, Reserved};
+use tagbus_message::room::{MORE_ROOM, SHARED_MEMORY};
 use tagbus_message::stop::Stop;
 
 use crate::config::{CameraConfig, Source};
 use crate::desk::NoControls;
 use crate::device::{self, Transfer};
 use crate::format::FrameShape;
+use crate::libcamera;
 use crate::outlet::{Offer, Outlet};
 use crate::pace::Pacer;
 use crate::publish::Moment;
 use crate::rpicam;
 use crate::source::{self, Damage, FrameError, FrameSource, OpenError};
-use crate::space::{MORE_ROOM, SHARED_MEMORY, Space, SpaceError};
+use crate::space::{Space, SpaceError};
 
 /// So many frames in a row that cannot be sent end the camera: no subscriber's death explains them any more.
 pub(crate) const MAX_SEND_FAILURES: u32 = 100;
@@ -289,6 +291,7 @@ fn run_once(
 ) -> Result<Summary, CameraError> {
     match &config.source {
         Source::V4l(path) => device::publish(config, path, stop, report),
+        Source::Libcamera(id) => libcamera::publish(config, id.as_deref(), stop, report),
         Source::Rpicam(program) => rpicam::publish(config, program.as_deref(), stop, report),
         _ => publish(config, stop, report),
     }

@@ -237,7 +237,7 @@ pub fn open(
             Ok(Box::new(FolderSource::open(path, options.repeat, damage)?))
         }
         Source::Replay(path) => open_file(path, options),
-        Source::V4l(_) | Source::Rpicam(_) => {
+        Source::V4l(_) | Source::Rpicam(_) | Source::Libcamera(_) => {
             Err(OpenError::NotAvailable("a device is not asked for frames: it delivers them"))
         }
     }

@@ -7,13 +7,7 @@ use std::fmt;
 use std::path::Path;
 
 use tagbus_message::qos::{Reserved, TopicQos};
-
-/// Where Linux keeps POSIX shared memory.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-
-/// What helps when it is full.
-pub(crate) const MORE_ROOM: &str = "remove what fills it (`ls -lS /dev/shm`), or enlarge it (`sudo mount -o remount,size=256M /dev/shm`; \
-                                    docker: --shm-size)";
+use tagbus_message::room::{MORE_ROOM, SHARED_MEMORY, available_in};
 
 /// Room in shared memory, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,11 +46,6 @@ impl Space {
     pub fn is_tight(&self) -> bool {
         self.available < self.reserved
     }
-}
-
-fn available_in(place: &Path) -> Option<u64> {
-    let about = rustix::fs::statvfs(place).ok()?;
-    Some(about.f_bavail.saturating_mul(about.f_frsize))
 }
 
 /// Shared memory is too full for this camera.

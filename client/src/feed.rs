@@ -104,7 +104,8 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         if !self.input.is_current() {
             match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {
                 Ok(input) => self.input = input,
-                Err(BusError::Absent { .. } | BusError::Stopped) => {}
+                // Memory that is full now need not stay so.
+                Err(BusError::Absent { .. } | BusError::NoRoom { .. } | BusError::Stopped) => {}
                 Err(error) => return Err(ReceiveError::Bus(error)),
             }
         }

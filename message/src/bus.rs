@@ -15,6 +15,7 @@ use crate::domain::{Domain, DomainError};
 use crate::gate::Company;
 use crate::other_version;
 use crate::qos::QosError;
+use crate::room::{self, MORE_ROOM, SHARED_MEMORY, TO_JOIN};
 use crate::stop::Stop;
 use crate::sweep;
 use crate::verdict::{Judge, Verdict};
@@ -79,6 +80,7 @@ impl<S: Service> Bus<S> {
         let config = domain.config()?;
         let name = NodeName::new(role).unwrap_or_default();
         let mut tries = Tries::new(role, Patience::Endless, stop);
+        room::check().map_err(|free| BusError::NoRoom { free })?;
         loop {
             // Alone, so that a role that ends sees either no node of ours or a whole one.
             let mut pass = domain.enter(Company::Alone)?;
@@ -138,6 +140,7 @@ impl<S: Service> Bus<S> {
     ) -> Result<T, BusError> {
         let mut tries = Tries::new(topic, patience, &self.place.stop);
         loop {
+            room::check().map_err(|free| BusError::NoRoom { free })?;
             // Whoever makes something is seen by those who heal; whoever only waits must not keep them off.
             let pass = match part {
                 Part::Producer => Some(self.place.domain.enter(Company::Shared)?),
@@ -263,6 +266,11 @@ pub enum BusError {
     Domain(DomainError),
     /// A quality of service that is not possible.
     Qos(QosError),
+    /// Shared memory is full.
+    NoRoom {
+        /// Bytes that are free.
+        free: u64,
+    },
     /// The role was asked to stop while it started.
     Stopped,
     /// A topic did not come in time.
@@ -333,6 +341,12 @@ impl fmt::Display for BusError {
             Self::Domain(error) => error.fmt(f),
             Self::Qos(error) => error.fmt(f),
             Self::Stopped => write!(f, "stopped while starting"),
+            Self::NoRoom { free } => {
+                write!(
+                    f,
+                    "{SHARED_MEMORY} has {free} bytes free, and joining takes up to {TO_JOIN}: {MORE_ROOM}"
+                )
+            }
             Self::Absent { topic, waited } => write!(
                 f,
                 "{topic} did not appear within {:.1} s: start its publisher, in the same --domain and under the same user",

@@ -41,6 +41,7 @@ pub mod ports;
 pub mod qos;
 #[cfg(test)]
 mod random;
+pub mod room;
 pub mod stop;
 mod sweep;
 pub mod text;

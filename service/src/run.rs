@@ -115,6 +115,8 @@ fn wait_for_camera(
         match bus.open_frames(&place.camera, qos::DETECTOR_FRAME_BUFFER, Patience::IfThere) {
             Ok(frames) => return Ok(Some(frames)),
             Err(BusError::Absent { .. }) => {}
+            // It need not stay so, and those who are served already are served on.
+            Err(error @ BusError::NoRoom { .. }) => search.trouble(error.to_string()),
             Err(error) => return Err(error.into()),
         }
         let looked = Instant::now();

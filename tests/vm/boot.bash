@@ -23,6 +23,8 @@ make_initramfs() {
         "${strip_program[@]}" -o "$guest/bin/$program" "$programs/$program"
     done
     paint "$guest/test/pictures"
+    # What a test brings beside these.
+    [ -z "${extra_files:-}" ] || cp -a "$extra_files/." "$guest/"
     cp tests/vm/init "$guest/init"
     cp tests/vm/guest "$guest/test/guest"
     echo "$cases" >"$guest/test/cases"

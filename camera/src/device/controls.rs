@@ -10,7 +10,7 @@
 use std::io;
 
 use super::kernel::{ControlKind, DriverControl, Port};
-use crate::control::{ControlInfo, ControlSetting, ControlSettings, identifier};
+use crate::control::{ControlInfo, ControlSetting, ControlSettings, identifier, most_like};
 use crate::desk::{Changed, Controls};
 
 /// Longer lists, and longer menus, are a driver's fault.
@@ -208,29 +208,6 @@ fn value_of(setting: &ControlSetting, control: &DriverControl, info: &ControlInf
     i32::try_from(number).map_err(|_| format!("{name}: {number} takes more than 32 bits"))
 }
 
-/// The name that is most like `asked`: the fewest letters have to be added, dropped or replaced.
-fn most_like<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // A part of a name is how people remember it: gain for analogue_gain.
-    let far = |name: &str| if name.contains(asked) { 0 } else { distance(asked, name) };
-    names.min_by_key(|name| far(name))
-}
-
-/// Levenshtein's distance.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, other) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(letter != *other);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -288,14 +265,6 @@ mod tests {
         assert!(menu.contains("2 is not in the menu") && menu.contains("1:manual_mode"), "{menu}");
         let word = says("auto_exposure=mnual");
         assert!(word.contains("'mnual' is no value") && word.contains("3:aperture_priority_mode"), "{word}");
-    }
-
-    #[test]
-    fn the_nearest_name_is_one_that_holds_the_word_or_the_one_with_the_fewest_differences() {
-        let names = ["brightness", "analogue_gain", "exposure_time_absolute"];
-        let like = |asked| most_like(asked, names.into_iter()).unwrap();
-        assert_eq!((like("gain"), like("brihgtness"), like("exposure")), (names[1], names[0], names[2]));
-        assert_eq!((distance("kitten", "sitting"), distance("", "abc"), distance("abc", "")), (3, 3, 3));
     }
 
     #[test]

@@ -24,8 +24,6 @@ mod refusal;
 #[cfg(feature = "v4l")]
 mod run;
 #[cfg(feature = "v4l")]
-mod stamps;
-#[cfg(feature = "v4l")]
 mod stream;
 
 mod transfer;

@@ -7,21 +7,19 @@
 
 use std::io;
 
-use tagbus_message::clock;
 use tagbus_message::frame::MAX_PLANES;
 use tagbus_message::qos::FRAMES;
 
 use super::agree::{Agreement, Content};
 use super::kernel::{Dequeued, LoanQueue, MappedQueue, Port};
 use super::layout::Layout;
-use super::stamps::Stamps;
 use super::transfer::Transfer;
 use crate::jpeg::{LumaDecoder, MarkerWalk, Walk};
 use crate::loan::Loan;
 use crate::outlet::Outlet;
-use crate::publish::Moment;
 use crate::run::{CameraError, CameraEvent};
 use crate::source::{Damage, Filled};
+use crate::stamps::Stamps;
 use crate::unpack::Unpack;
 
 /// Frames that wait in the driver's queue to be filled: all loans but the one that is being sent.
@@ -162,7 +160,7 @@ impl Stream {
                 // Memory that could not be had last time is lent now.
                 lend_memory(queue, outlet)?;
                 let Some((loan, frame)) = queue.dequeue()? else { return Ok(false) };
-                let moment = take_note(&mut self.stamps, outlet, &frame);
+                let moment = self.stamps.take_note(&frame.stamp, outlet);
                 if let Some(reason) = what_is_missing(&frame, &self.layout) {
                     damage.note(reason);
                     outlet.note_damage(damage);
@@ -176,7 +174,7 @@ impl Stream {
             Queue::Mapped { queue, pass } => {
                 let (layout, stamps) = (&self.layout, &mut self.stamps);
                 let seen = queue.look(|frame, memories| {
-                    let moment = take_note(stamps, outlet, frame);
+                    let moment = stamps.take_note(&frame.stamp, outlet);
                     let written = write(outlet, layout, frame, memories, pass, damage);
                     outlet.note_damage(damage);
                     written.map(|loan| (loan, moment))
@@ -202,20 +200,6 @@ fn lend_memory(queue: &mut LoanQueue, outlet: &mut Outlet) -> io::Result<()> {
         queue.queue(loan)?;
     }
     Ok(())
-}
-
-/// Stamp and number of a frame; what the driver lost and stamps that cannot be right are counted and told.
-fn take_note(stamps: &mut Stamps, outlet: &mut Outlet, frame: &Dequeued) -> Moment {
-    let dequeue_ns = clock::monotonic_ns();
-    outlet.lost.in_driver += stamps.lost(frame);
-    let (moment, wrong) = stamps.moment(frame, dequeue_ns);
-    // A driver whose stamps are all wrong is told of now and then.
-    if let Some(reason) = wrong
-        && stamps.refused.is_power_of_two()
-    {
-        outlet.tell(CameraEvent::StampRefused { reason, total: stamps.refused });
-    }
-    moment
 }
 
 /// Why a frame is not whole; `None` when it is.
@@ -295,26 +279,20 @@ fn decode(decoder: &mut LumaDecoder, jpeg: &[u8], layout: &Layout, into: &mut [u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tagbus_message::frame::{Fourcc, NV12};
+    use tagbus_message::frame::{CaptureKind, Fourcc, NV12};
 
     use super::super::kernel::{DriverFormat, MemoryPlane};
     use super::super::layout::layout;
     use crate::format::FrameShape;
+    use crate::stamps::DriverStamp;
     use image::ExtendedColorType;
     use image::codecs::jpeg::JpegEncoder;
 
     fn frame(bytes_used: &[u32]) -> Dequeued {
         let mut all = [0; MAX_PLANES];
         all[..bytes_used.len()].copy_from_slice(bytes_used);
-        Dequeued {
-            index: 0,
-            bytes_used: all,
-            damaged: false,
-            sequence: 0,
-            stamp_ns: 0,
-            monotonic: true,
-            start_of_exposure: false,
-        }
+        let stamp = DriverStamp { sequence: 0, stamp_ns: 0, monotonic: true, kind: CaptureKind::EndOfFrame };
+        Dequeued { index: 0, bytes_used: all, damaged: false, stamp }
     }
 
     /// NV12 of 16x8 pixels with rows 20 bytes apart, each plane in a memory of its own.

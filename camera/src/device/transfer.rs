@@ -20,6 +20,11 @@ pub enum Transfer {
         /// Why the driver does not write into shared memory.
         reason: String,
     },
+    /// The camera writes into memory that it shares with this process (dma-buf), from where luma is copied.
+    Shared {
+        /// Buffers of the camera.
+        buffers: usize,
+    },
     /// A program writes into a pipe, from which each frame is read into shared memory: one copy.
     Piped,
 }
@@ -32,6 +37,9 @@ impl fmt::Display for Transfer {
                 "0 copies: the driver writes into shared memory (USERPTR, {numbers} numbers for {} pieces of memory)",
                 FRAMES.chunks()
             ),
+            Self::Shared { buffers } => {
+                write!(f, "1 copy: luma from {buffers} buffers of the camera (dma-buf)")
+            }
             Self::Piped => f.write_str("1 copy: read from the program's pipe"),
             Self::Mapped { buffers, reason } => {
                 write!(f, "1 copy: from {buffers} buffers of the driver (MMAP), because {reason}")

@@ -3,13 +3,14 @@
 use std::io;
 use std::os::raw::{c_int, c_ulong};
 
-use tagbus_message::frame::MAX_PLANES;
+use tagbus_message::frame::{CaptureKind, MAX_PLANES};
 use v4l::v4l_sys as sys;
 use v4l::v4l2::vidioc;
 
 use super::call::{KERNEL_PLANES, buffer_place, call, plane_address, zeroed};
 use super::facts::{Dequeued, Memory, Planes};
 use super::port::Port;
+use crate::stamps::DriverStamp;
 
 impl Port {
     /// Whether the driver writes into memory of ours.
@@ -89,13 +90,16 @@ fn dequeued(buffer: &sys::v4l2_buffer, planes: &[sys::v4l2_plane; KERNEL_PLANES]
     let micros = u64::try_from(buffer.timestamp.tv_usec).unwrap_or(0);
     let clock = buffer.flags & sys::V4L2_BUF_FLAG_TIMESTAMP_MASK;
     let source = buffer.flags & sys::V4L2_BUF_FLAG_TSTAMP_SRC_MASK;
-    Dequeued {
-        index: buffer.index as usize,
-        bytes_used,
-        damaged: buffer.flags & sys::V4L2_BUF_FLAG_ERROR != 0,
+    let stamp = DriverStamp {
         sequence: buffer.sequence,
         stamp_ns: seconds.saturating_mul(1_000_000_000).saturating_add(micros.saturating_mul(1000)),
         monotonic: clock == sys::V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC,
-        start_of_exposure: source == sys::V4L2_BUF_FLAG_TSTAMP_SRC_SOE,
-    }
+        kind: if source == sys::V4L2_BUF_FLAG_TSTAMP_SRC_SOE {
+            CaptureKind::StartOfExposure
+        } else {
+            CaptureKind::EndOfFrame
+        },
+    };
+    let damaged = buffer.flags & sys::V4L2_BUF_FLAG_ERROR != 0;
+    Dequeued { index: buffer.index as usize, bytes_used, damaged, stamp }
 }

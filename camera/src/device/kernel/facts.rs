@@ -3,6 +3,8 @@
 use tagbus_message::frame::{Fourcc, MAX_PLANES};
 use v4l::v4l_sys as sys;
 
+use crate::stamps::DriverStamp;
+
 /// Which of the kernel's two ways to describe buffers a device uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Planes {
@@ -79,14 +81,8 @@ pub(crate) struct Dequeued {
     pub(crate) bytes_used: [u32; MAX_PLANES],
     /// Whether the driver says that data was lost.
     pub(crate) damaged: bool,
-    /// The driver's number of the frame.
-    pub(crate) sequence: u32,
-    /// The driver's stamp in nanoseconds.
-    pub(crate) stamp_ns: u64,
-    /// Whether the stamp is of `CLOCK_MONOTONIC`.
-    pub(crate) monotonic: bool,
-    /// Whether the stamp marks the start of exposure instead of the end of the frame.
-    pub(crate) start_of_exposure: bool,
+    /// The driver's number and stamp of the frame.
+    pub(crate) stamp: DriverStamp,
 }
 
 /// What a control's values are.

@@ -2,10 +2,25 @@
 
 use std::time::Duration;
 
+use tagbus_message::clock;
 use tagbus_message::frame::{CaptureKind, ClockKind};
 
-use super::kernel::Dequeued;
+use crate::outlet::Outlet;
 use crate::publish::Moment;
+use crate::run::CameraEvent;
+
+/// What a driver says about a frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DriverStamp {
+    /// Its number of the frame.
+    pub(crate) sequence: u32,
+    /// Nanoseconds.
+    pub(crate) stamp_ns: u64,
+    /// Whether the stamp is of `CLOCK_MONOTONIC`.
+    pub(crate) monotonic: bool,
+    /// What the stamp marks.
+    pub(crate) kind: CaptureKind,
+}
 
 /// A stamp may be this many frame times old: a driver's queue holds four frames, and one more is on its way.
 const LONGEST_AGE_FRAMES: u32 = 8;
@@ -18,22 +33,22 @@ const LARGEST_GAP: u32 = 1 << 16;
 
 /// Watches the stamps and numbers of one stream.
 #[derive(Debug)]
-pub(super) struct Stamps {
+pub(crate) struct Stamps {
     longest_age_ns: u64,
     last_ns: u64,
     last_sequence: Option<u32>,
     /// Stamps that could not be true.
-    pub(super) refused: u64,
+    refused: u64,
 }
 
 impl Stamps {
-    pub(super) fn new(frame_time: Duration) -> Stamps {
+    pub(crate) fn new(frame_time: Duration) -> Stamps {
         let longest_age = LONGEST_AGE.max(frame_time * LONGEST_AGE_FRAMES);
         Stamps { longest_age_ns: longest_age.as_nanos() as u64, last_ns: 0, last_sequence: None, refused: 0 }
     }
 
     /// Frames that the driver lost since the one before.
-    pub(super) fn lost(&mut self, frame: &Dequeued) -> u64 {
+    fn lost(&mut self, frame: &DriverStamp) -> u64 {
         let last = self.last_sequence.replace(frame.sequence);
         let step = last.map_or(1, |last| frame.sequence.wrapping_sub(last));
         if (1..=LARGEST_GAP).contains(&step) { u64::from(step - 1) } else { 0 }
@@ -41,7 +56,7 @@ impl Stamps {
 
     /// When the frame was taken: what the driver says, unless it names no clock or cannot be right. Then the reason is said,
     /// and the moment is that at which this process got the frame.
-    pub(super) fn moment(&mut self, frame: &Dequeued, dequeue_ns: u64) -> (Moment, Option<String>) {
+    fn moment(&mut self, frame: &DriverStamp, dequeue_ns: u64) -> (Moment, Option<String>) {
         if !frame.monotonic {
             return (Moment::dequeued(dequeue_ns), None);
         }
@@ -50,10 +65,22 @@ impl Stamps {
             return (Moment::dequeued(dequeue_ns), Some(wrong));
         }
         self.last_ns = frame.stamp_ns;
-        let kind =
-            if frame.start_of_exposure { CaptureKind::StartOfExposure } else { CaptureKind::EndOfFrame };
         let clock = ClockKind::Monotonic;
-        (Moment { capture_ns: frame.stamp_ns, clock, kind, dequeue_ns }, None)
+        (Moment { capture_ns: frame.stamp_ns, clock, kind: frame.kind, dequeue_ns }, None)
+    }
+
+    /// Stamp and number of a frame that was just taken; what the driver lost and stamps that cannot be right are counted and told.
+    pub(crate) fn take_note(&mut self, frame: &DriverStamp, outlet: &mut Outlet) -> Moment {
+        let dequeue_ns = clock::monotonic_ns();
+        outlet.lost.in_driver += self.lost(frame);
+        let (moment, wrong) = self.moment(frame, dequeue_ns);
+        // A driver whose stamps are all wrong is told of now and then.
+        if let Some(reason) = wrong
+            && self.refused.is_power_of_two()
+        {
+            outlet.tell(CameraEvent::StampRefused { reason, total: self.refused });
+        }
+        moment
     }
 
     fn what_is_wrong(&self, stamp_ns: u64, dequeue_ns: u64) -> Option<String> {
@@ -80,20 +107,11 @@ impl Stamps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tagbus_message::frame::MAX_PLANES;
 
     const MS: u64 = 1_000_000;
 
-    fn frame(sequence: u32, stamp_ns: u64) -> Dequeued {
-        Dequeued {
-            index: 0,
-            bytes_used: [0; MAX_PLANES],
-            damaged: false,
-            sequence,
-            stamp_ns,
-            monotonic: true,
-            start_of_exposure: true,
-        }
+    fn frame(sequence: u32, stamp_ns: u64) -> DriverStamp {
+        DriverStamp { sequence, stamp_ns, monotonic: true, kind: CaptureKind::StartOfExposure }
     }
 
     fn stamps() -> Stamps {
@@ -106,7 +124,7 @@ mod tests {
         let (moment, wrong) = stamps.moment(&frame(0, 5000 * MS), 5010 * MS);
         assert_eq!((moment.capture_ns, moment.dequeue_ns, wrong), (5000 * MS, 5010 * MS, None));
         assert_eq!((moment.clock, moment.kind), (ClockKind::Monotonic, CaptureKind::StartOfExposure));
-        let end = Dequeued { start_of_exposure: false, ..frame(1, 5033 * MS) };
+        let end = DriverStamp { kind: CaptureKind::EndOfFrame, ..frame(1, 5033 * MS) };
         assert_eq!(stamps.moment(&end, 5040 * MS).0.kind, CaptureKind::EndOfFrame);
     }
 
@@ -131,7 +149,7 @@ mod tests {
     #[test]
     fn a_stamp_of_no_clock_is_no_fault_and_not_used() {
         let mut stamps = stamps();
-        let nameless = Dequeued { monotonic: false, ..frame(0, 7) };
+        let nameless = DriverStamp { monotonic: false, ..frame(0, 7) };
         assert_eq!(stamps.moment(&nameless, 9 * MS), (Moment::dequeued(9 * MS), None));
         assert_eq!(stamps.refused, 0);
     }
