@@ -59,7 +59,7 @@ pub(crate) struct CameraFlags {
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Source")]
 pub(crate) struct SourceFlags {
-    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) v4l:/dev/videoN (or its path or id in /dev/v4l), or rpicam
+    /// scene, scene:SEED, replay:PATH (picture, folder, MJPEG, AVI or raw file) v4l:/dev/videoN (or its path or id in /dev/v4l), rpicam, or libcamera, libcamera:ID
     #[arg(long, value_name = "SOURCE", default_value = "scene")]
     #[serde(with = "text")]
     source: Source,
