@@ -35,6 +35,7 @@ pub mod fourcc;
 pub mod frame;
 mod gate;
 mod header_error;
+pub mod histogram;
 pub mod info;
 mod other_version;
 pub mod ports;
@@ -42,6 +43,8 @@ pub mod qos;
 #[cfg(test)]
 mod random;
 pub mod room;
+pub mod stats;
+pub mod stats_ports;
 pub mod stop;
 mod sweep;
 pub mod text;

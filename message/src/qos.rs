@@ -59,6 +59,10 @@ pub const FRAMES: TopicQos = TopicQos { subscribers: 6, buffer: 2, borrowed: 2, 
 pub const DETECTIONS: TopicQos = TopicQos { subscribers: 40, buffer: 4, borrowed: 2, history: 1, loans: 2 };
 /// Camera information: the last one counts.
 pub const INFO: TopicQos = TopicQos { subscribers: 40, buffer: 1, borrowed: 1, history: 1, loans: 1 };
+/// What roles count about themselves: the last copy counts. Clients of one detector share a topic, on which each is a publisher.
+pub const STATS: TopicQos = TopicQos { subscribers: 8, buffer: 2, borrowed: 1, history: 1, loans: 1 };
+/// Clients of one detector that can publish what they count: as many as there can be.
+pub const MAX_CLIENT_STATS: usize = DETECTIONS.subscribers;
 /// Frames that a detector lets queue: it wants the newest only.
 pub const DETECTOR_FRAME_BUFFER: usize = 1;
 
