@@ -10,6 +10,8 @@ use tagbus_message::frame::Fourcc;
 use tagbus_message::info::{CameraInfo, CameraState};
 use tagbus_message::ports::InfoOut;
 use tagbus_message::qos::FRAMES;
+use tagbus_message::stats::CameraStats;
+use tagbus_message::stats_ports::StatsOut;
 use tagbus_message::stop::Stop;
 use tagbus_message::text;
 
@@ -42,6 +44,7 @@ pub(crate) struct Outlet<'a> {
     publisher: FramePublisher,
     info_out: InfoOut<ipc::Service>,
     desk: Desk,
+    tape: StatsOut<ipc::Service, CameraStats>,
     pub(crate) info: CameraInfo,
     /// Frames given up since the last one that was sent.
     pub(crate) lost: Lost,
@@ -70,6 +73,7 @@ impl<'a> Outlet<'a> {
         let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
         let info_out = bus.create_info(&config.camera)?;
         let desk = Desk::new(bus.create_camera_control(&config.camera)?);
+        let tape = bus.create_camera_stats(&config.camera)?;
         report(CameraEvent::Started { shape, reserved: frames.reserved(), space });
         let info = describe(config, offer);
         let epoch = Epoch { number: info.epoch, info_number: 1, frame_time: offer.frame_time };
@@ -77,6 +81,7 @@ impl<'a> Outlet<'a> {
             publisher: FramePublisher::new(frames, epoch, shape),
             info_out,
             desk,
+            tape,
             info,
             lost: Lost::default(),
             summary: Summary { frames: 0, damaged: 0, no_loan: 0, repins: 0, ending: Ending::Stopped },
@@ -191,8 +196,12 @@ impl<'a> Outlet<'a> {
         announce(&mut self.info, &mut self.publisher, &self.info_out);
     }
 
-    /// Answers those who ask, and sets controls for them. To be called between frames; when nobody asks, hardly any time passes.
+    /// Answers those who ask, sets controls for them, and publishes what was counted when that is due. To be called between frames;
+    /// when there is nothing to do, hardly any time passes.
     pub(crate) fn answer(&mut self, controls: &mut dyn Controls) {
+        if self.tape.is_due() {
+            self.tape.publish(self.publisher.stats(self.info.state));
+        }
         let Self { publisher, info_out, desk, info, summary, .. } = self;
         desk.look(summary, info, controls, &mut |info| announce(info, publisher, info_out));
     }

@@ -9,6 +9,7 @@ use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
 use tagbus_message::info::CameraInfo;
 use tagbus_message::ports::FramesOut;
 use tagbus_message::qos::FRAMES;
+use tagbus_message::stats::CameraStats;
 
 use crate::format::FrameShape;
 use crate::loan::{self, Loan};
@@ -24,6 +25,10 @@ pub(crate) struct Epoch {
     /// Nominal time from frame to frame; zero when there is none.
     pub(crate) frame_time: Duration,
 }
+
+/// Places in [`tagbus_message::stats::CAMERA_HOPS`].
+const CAPTURE: usize = 0;
+const PUBLISH: usize = 1;
 
 /// When a frame was taken, and when this process got it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +73,7 @@ pub(crate) struct FramePublisher {
     template: FrameHeader,
     next_sequence: u64,
     exposure_ns: u64,
+    stats: Box<CameraStats>,
     /// Addresses of the pieces of memory that have all their pages.
     provided: Vec<usize>,
 }
@@ -88,6 +94,12 @@ impl FramePublisher {
     pub(crate) fn new(frames: FramesOut<ipc::Service>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
         let template = largest.header();
         let provided = Vec::with_capacity(FRAMES.chunks());
+        let stats = Box::new(CameraStats {
+            epoch: epoch.number,
+            started_ns: clock::monotonic_ns(),
+            reserved_bytes: frames.reserved().bytes() as u64,
+            ..CameraStats::default()
+        });
         FramePublisher {
             frames,
             epoch,
@@ -96,6 +108,7 @@ impl FramePublisher {
             template,
             next_sequence: 0,
             exposure_ns: 0,
+            stats,
             provided,
         }
     }
@@ -139,6 +152,7 @@ impl FramePublisher {
         }
         let sequence = self.next_sequence + lost.all();
         self.next_sequence = sequence + 1;
+        let publish_ns = clock::monotonic_ns();
         loan.send(FrameHeader {
             epoch: self.epoch.number,
             sequence,
@@ -147,7 +161,7 @@ impl FramePublisher {
             capture_clock: moment.clock.code(),
             capture_kind: moment.kind.code(),
             dequeue_ns: moment.dequeue_ns,
-            publish_ns: clock::monotonic_ns(),
+            publish_ns,
             frame_time_ns: self.epoch.frame_time.as_nanos() as u64,
             exposure_ns: self.exposure_ns,
             info_number: self.epoch.info_number,
@@ -156,6 +170,7 @@ impl FramePublisher {
             lost_no_loan: lost.no_loan.try_into().unwrap_or(u32::MAX),
             ..self.template
         })?;
+        self.count(&filled, moment, publish_ns, lost);
         if self.frames.notify().is_err() {
             // A listener died without leaving; with its remains away the next frame wakes the others as ever.
             self.frames.bus().clean_up_dead();
@@ -167,6 +182,33 @@ impl FramePublisher {
     #[cfg(feature = "libcamera")]
     pub(crate) fn note_exposure(&mut self, exposure_ns: u64) {
         self.exposure_ns = exposure_ns;
+    }
+
+    fn count(&mut self, filled: &Filled, moment: Moment, publish_ns: u64, lost: Lost) {
+        let stats = &mut self.stats;
+        stats.frames += 1;
+        stats.copied += u64::from(filled.copies > 0);
+        stats.lost_in_driver += lost.in_driver;
+        stats.lost_damaged += lost.damaged;
+        stats.lost_no_loan += lost.no_loan;
+        if moment.kind != CaptureKind::Dequeue && moment.clock == ClockKind::Monotonic {
+            stats.hops[CAPTURE].record(moment.capture_ns, moment.dequeue_ns);
+        }
+        stats.hops[PUBLISH].record(moment.dequeue_ns, publish_ns);
+    }
+
+    /// Counts a stamp that cannot be right.
+    #[cfg(any(feature = "v4l", feature = "libcamera"))]
+    pub(crate) fn count_refused_stamp(&mut self) {
+        self.stats.hops[CAPTURE].backwards += 1;
+    }
+
+    /// What was counted, with the memory that is in use now.
+    pub(crate) fn stats(&mut self, state: u32) -> &CameraStats {
+        self.stats.state = state;
+        self.stats.touched_bytes = self.frames.touched_bytes().unwrap_or(0);
+        self.stats.written_ns = clock::monotonic_ns();
+        &self.stats
     }
 
     /// Whether those who come still find the topic.

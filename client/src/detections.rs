@@ -4,11 +4,13 @@ use std::time::{Duration, Instant};
 
 use tagbus_message::bus::Bus;
 use tagbus_message::detection::{DetectionsHeader, TagDetection};
+use tagbus_message::stats::STATS_PERIOD;
 use tagbus_message::{clock, qos};
 
 use crate::error::{ConnectError, ReceiveError};
 use crate::feed::{Feed, Message, Shared};
 use crate::options::ConnectOptions;
+use crate::recorder::Recorder;
 
 /// The receiving end of one detector.
 ///
@@ -17,6 +19,7 @@ use crate::options::ConnectOptions;
 pub struct Client {
     feed: Feed<TagDetection, DetectionsHeader>,
     refused: u64,
+    recorder: Recorder,
 }
 
 /// What was found in one frame. The tags lie in shared memory: hold at most two at once, and copy what you keep.
@@ -34,10 +37,11 @@ impl Client {
     /// Connects to a detector; waits for it where it does not run yet.
     pub fn connect(options: &ConnectOptions) -> Result<Self, ConnectError> {
         let (camera, detector) = (options.camera.clone(), options.detector.clone());
+        let recorder = Recorder::new(&options.name, &camera, &detector);
         let publisher = format!("detector {detector} of camera {camera}");
         let open = move |bus: &_, patience| Bus::open_detections(bus, &camera, &detector, patience);
         let feed = Feed::connect(options, &publisher, qos::DETECTIONS.borrowed, Box::new(open))?;
-        Ok(Self { feed, refused: 0 })
+        Ok(Self { feed, refused: 0, recorder })
     }
 
     /// The next message that was not received yet, oldest first; sleeps until there is one.
@@ -47,8 +51,15 @@ impl Client {
     pub fn receive(&mut self, timeout: Duration) -> Result<Option<Detections>, ReceiveError> {
         let started = Instant::now();
         loop {
+            self.recorder.look(self.feed.bus());
             let left = timeout.saturating_sub(started.elapsed());
-            let Some(message) = self.feed.receive(left)? else { return Ok(None) };
+            let Some(message) = self.feed.receive(left.min(STATS_PERIOD))? else {
+                // Between two copies of what is counted nothing may have come.
+                if self.feed.is_stopped() || left <= STATS_PERIOD {
+                    return Ok(None);
+                }
+                continue;
+            };
             if let Some(detections) = self.check(message) {
                 return Ok(Some(detections));
             }
@@ -57,6 +68,7 @@ impl Client {
 
     /// The newest message that was not received yet, without waiting; older ones are skipped.
     pub fn latest(&mut self) -> Result<Option<Detections>, ReceiveError> {
+        self.recorder.look(self.feed.bus());
         Ok(self.feed.newest()?.and_then(|message| self.check(message)))
     }
 
@@ -77,11 +89,13 @@ impl Client {
         let header = *message.user_header();
         match header.checked(message.payload().len()) {
             Ok(count) => {
+                self.recorder.message(&header, client_ns);
                 let bus = self.feed.bus().clone();
                 Some(Detections { header, count, client_ns, message, _bus: bus })
             }
             Err(_) => {
                 self.refused += 1;
+                self.recorder.refused();
                 None
             }
         }

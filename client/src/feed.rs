@@ -83,6 +83,11 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         self.input.newest().map_err(|error| self.explain(&error))
     }
 
+    /// Whether the client was asked to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.is_triggered()
+    }
+
     /// The place on the bus.
     pub(crate) fn bus(&self) -> &Bus<Shared> {
         &self.bus

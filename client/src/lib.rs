@@ -27,6 +27,7 @@ mod error;
 mod feed;
 mod frames;
 mod options;
+mod recorder;
 
 pub use detections::{Client, Detections};
 pub use error::{ConnectError, ReceiveError};

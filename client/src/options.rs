@@ -1,5 +1,6 @@
 //! Whom to listen to.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use tagbus_message::domain::{Domain, DomainError};
@@ -14,6 +15,8 @@ pub struct ConnectOptions {
     pub camera: String,
     /// Name of the detector at that camera.
     pub detector: String,
+    /// What the client calls itself where clients are listed: the program's name unless it is told another.
+    pub name: String,
     /// How long connecting may take; `None` waits until the other side comes.
     pub deadline: Option<Duration>,
     /// What ends waiting from another thread, if there is something.
@@ -30,7 +33,15 @@ impl ConnectOptions {
     /// As [`ConnectOptions::new`] in a domain that is there already.
     #[must_use]
     pub fn in_domain(domain: Domain) -> Self {
-        Self { domain, camera: "cam0".to_owned(), detector: "main".to_owned(), deadline: None, stop: None }
+        let (camera, detector) = ("cam0".to_owned(), "main".to_owned());
+        Self { domain, camera, detector, name: program_name(), deadline: None, stop: None }
+    }
+
+    /// Another name where clients are listed; what is longer than 64 bytes is cut.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.name);
+        self
     }
 
     /// Another camera.
@@ -60,4 +71,10 @@ impl ConnectOptions {
         self.stop = Some(stop);
         self
     }
+}
+
+/// The file name of the running program.
+fn program_name() -> String {
+    let path = std::env::args_os().next().map(PathBuf::from).unwrap_or_default();
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -27,6 +27,7 @@ mod convert;
 mod desk;
 mod in_force;
 mod pace;
+mod recorder;
 mod region;
 mod report;
 mod run;

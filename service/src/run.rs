@@ -7,11 +7,13 @@ use tagbus_message::control::DetectorState;
 use tagbus_message::domain::Domain;
 use tagbus_message::ports::{DetectionsOut, FramesIn};
 use tagbus_message::qos;
+use tagbus_message::stats::STATS_PERIOD;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitError, Waiter, Wake, wait_set};
 
 use crate::config::ServiceConfig;
 use crate::desk::Desk;
+use crate::recorder::Tape;
 use crate::report::{Report, ServiceError, Summary};
 use crate::search::{Local, Search};
 
@@ -35,6 +37,25 @@ struct Place {
     camera: String,
     detector: String,
     max_tags: usize,
+}
+
+/// What is done between frames.
+struct Besides<'a> {
+    desk: Desk<'a>,
+    tape: Tape<'a>,
+}
+
+impl Besides<'_> {
+    /// How long a frame may be waited for before there is something to do.
+    fn patience(&self, left: Duration) -> Duration {
+        self.desk.patience(left).min(STATS_PERIOD)
+    }
+
+    fn look(&mut self, waiter: &Waiter<Local>, search: &mut Search) -> Result<(), WaitError> {
+        self.desk.look(waiter, search)?;
+        self.tape.look(search);
+        Ok(())
+    }
 }
 
 /// Why receiving ended.
@@ -77,15 +98,16 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
     let bus = Bus::<Local>::start(&place.domain, &role, stop)?;
     let out = bus.create_detections(&place.camera, &place.detector, place.max_tags)?;
     let requests = bus.create_detector_control(&place.camera, &place.detector)?;
+    let tape = Tape::open(&bus, &place.camera, &place.detector, &out)?;
     let touched = out.touched_bytes().unwrap_or(0);
     search.tell(&Report::Ready { reserved: out.reserved(), touched });
     let set = wait_set::<Local>()?;
-    let mut desk = Desk::new(&requests, search);
+    let mut besides = Besides { desk: Desk::new(&requests, search), tape };
     let mut silence = Silence::new();
     loop {
         search.state = DetectorState::WaitingForCamera;
         let waiter = Waiter::new(&set, stop, None)?.with_requests(requests.listener())?;
-        let Some(frames) = wait_for_camera(search, &bus, place, &waiter, &mut desk)? else {
+        let Some(frames) = wait_for_camera(search, &bus, place, &waiter, &mut besides)? else {
             return Ok(End::Stopped);
         };
         drop(waiter);
@@ -94,7 +116,7 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
         }
         search.state = DetectorState::Detecting;
         let waiter = Waiter::new(&set, stop, Some(frames.listener()))?.with_requests(requests.listener())?;
-        match receive(search, &frames, &out, &waiter, &mut desk, &mut silence)? {
+        match receive(search, &frames, &out, &waiter, &mut besides, &mut silence)? {
             End::Replaced if out.is_in_place() => {}
             End::Replaced => return Ok(End::Removed),
             end => return Ok(end),
@@ -108,7 +130,7 @@ fn wait_for_camera(
     bus: &Bus<Local>,
     place: &Place,
     waiter: &Waiter<Local>,
-    desk: &mut Desk,
+    besides: &mut Besides,
 ) -> Result<Option<FramesIn<Local>>, ServiceError> {
     let mut pause = SHORTEST_PAUSE;
     loop {
@@ -121,10 +143,10 @@ fn wait_for_camera(
         }
         let looked = Instant::now();
         while looked.elapsed() < pause {
-            if waiter.wait(desk.patience(pause.saturating_sub(looked.elapsed())))? == Wake::Stop {
+            if waiter.wait(besides.patience(pause.saturating_sub(looked.elapsed())))? == Wake::Stop {
                 return Ok(None);
             }
-            desk.look(waiter, search)?;
+            besides.look(waiter, search)?;
         }
         pause = (pause * 2).min(LONGEST_PAUSE);
     }
@@ -135,7 +157,7 @@ fn receive(
     frames: &FramesIn<Local>,
     out: &DetectionsOut<Local>,
     waiter: &Waiter<Local>,
-    desk: &mut Desk,
+    besides: &mut Besides,
     silence: &mut Silence,
 ) -> Result<End, ServiceError> {
     let opened = Instant::now();
@@ -144,14 +166,14 @@ fn receive(
     take(search, frames, out);
     loop {
         let left = search.pace.deadline().saturating_sub(silence.looked.elapsed());
-        let wake = waiter.wait(desk.patience(left))?;
+        let wake = waiter.wait(besides.patience(left))?;
         match wake {
             Wake::Stop => return Ok(End::Stopped),
             // A frame whose event was lost is found when the wait times out.
             Wake::Event | Wake::Other | Wake::TimedOut if take(search, frames, out) => silence.ends(search),
             Wake::Event | Wake::Other | Wake::TimedOut => {}
         }
-        desk.look(waiter, search)?;
+        besides.look(waiter, search)?;
         if looked.elapsed() >= LOOK_EVERY {
             looked = Instant::now();
             if !out.is_in_place() {

@@ -16,6 +16,7 @@ use crate::config::{FrameSeen, Observer, Reporter, ServiceConfig};
 use crate::convert::{self, FamilyName};
 use crate::in_force::{InForce, Wish};
 use crate::pace::Pace;
+use crate::recorder::{PhaseClock, Recorder};
 use crate::region;
 use crate::report::{Limiter, Report, ServiceError, Summary};
 
@@ -38,6 +39,7 @@ pub(crate) struct Search {
     chosen: Vec<usize>,
     pub(crate) pace: Pace,
     pub(crate) summary: Summary,
+    pub(crate) recorder: Recorder,
     refusals: Limiter,
     troubles: Limiter,
     changes: Limiter,
@@ -61,6 +63,7 @@ impl Search {
             chosen: Vec::with_capacity(config.max_tags),
             pace: Pace::new(),
             summary: Summary::default(),
+            recorder: Recorder::new(epoch),
             refusals: Limiter::of(1),
             troubles: Limiter::of(1),
             changes: Limiter::of(CHANGES_TOLD),
@@ -98,7 +101,10 @@ impl Search {
         }
         let detect_start_ns = monotonic_ns();
         // A region that lies outside holds nothing.
-        let detections = part.as_ref().map_or(&[][..], |part| detector.detect(&part.view));
+        let mut phases = PhaseClock::new(detect_start_ns);
+        let detections = part
+            .as_ref()
+            .map_or(&[][..], |part| detector.detect_observed(&part.view, |phase| phases.ends(phase)));
         let detect_end_ns = monotonic_ns();
         let origin = part.map_or([0.0; 2], |part| part.origin);
         self.summary.frames_searched += 1;
@@ -123,7 +129,10 @@ impl Search {
         drop(frame);
         let tags = Tags { detections, chosen: &self.chosen, names, origin };
         match send(message, &tags, out) {
-            Ok(()) => self.summary.messages_sent += 1,
+            Ok(sent) => {
+                self.summary.messages_sent += 1;
+                self.recorder.frame(&sent, &phases, monotonic_ns());
+            }
             Err(reason) => self.trouble(reason),
         }
     }
@@ -179,8 +188,12 @@ struct Tags<'a> {
     origin: [f64; 2],
 }
 
-/// Writes a message into shared memory, sends it and then wakes the clients.
-fn send(mut header: DetectionsHeader, tags: &Tags, out: &DetectionsOut<Local>) -> Result<(), String> {
+/// Writes a message into shared memory, sends it and then wakes the clients. Gives back the header as it was sent.
+fn send(
+    mut header: DetectionsHeader,
+    tags: &Tags,
+    out: &DetectionsOut<Local>,
+) -> Result<DetectionsHeader, String> {
     let Tags { detections, chosen, names, origin } = tags;
     let loan = out
         .publisher()
@@ -191,5 +204,5 @@ fn send(mut header: DetectionsHeader, tags: &Tags, out: &DetectionsOut<Local>) -
     *loan.user_header_mut() = header;
     loan.send().map_err(|error| format!("a message could not be sent ({error:?})"))?;
     out.notify().map_err(|error| format!("clients could not be woken ({error:?})"))?;
-    Ok(())
+    Ok(header)
 }
