@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::time::Duration;
 
 use tagbus_message::domain::Domain;
 use tagbus_message::frame::Fourcc;
@@ -173,6 +174,8 @@ pub struct SourceOptions {
     pub pace: Pace,
     /// Whether a replay starts again after its end.
     pub repeat: Repeat,
+    /// How long a frame of scene or replay is kept back before it is published: what shows whether latencies are measured right.
+    pub delay: Duration,
 }
 
 /// Everything that [`run`](crate::run) has to know.

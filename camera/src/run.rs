@@ -316,7 +316,8 @@ fn publish(
         frame_time: pacer.period(),
     };
     let outlet = Outlet::open(config, &offer, stop, report)?;
-    Camera { outlet, source, pacer, damage: Damage::default() }.work(stop)
+    let delay = config.options.delay;
+    Camera { outlet, source, pacer, damage: Damage::default(), delay }.work(stop)
 }
 
 /// A camera whose frames are made when they are due.
@@ -325,6 +326,7 @@ struct Camera<'a> {
     source: Box<dyn FrameSource>,
     pacer: Pacer,
     damage: Damage,
+    delay: Duration,
 }
 
 impl Camera<'_> {
@@ -356,6 +358,9 @@ impl Camera<'_> {
         let filled = self.source.next(loan.picture(), &mut self.damage);
         self.outlet.note_damage(&self.damage);
         let Some(filled) = filled? else { return Ok(false) };
+        if !self.delay.is_zero() {
+            std::thread::sleep(self.delay);
+        }
         // These sources have no better moment than that at which they were asked.
         self.outlet.send(loan, filled, Moment::dequeued(asked_ns))?;
         Ok(true)

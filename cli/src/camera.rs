@@ -125,6 +125,7 @@ impl SourceFlags {
                 false => Pace::from_framerate(self.framerate)?,
             },
             repeat: if self.once { Repeat::Once } else { Repeat::Loop },
+            ..SourceOptions::default()
         })
     }
 }

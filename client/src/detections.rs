@@ -20,6 +20,7 @@ pub struct Client {
     feed: Feed<TagDetection, DetectionsHeader>,
     refused: u64,
     recorder: Recorder,
+    delay: Duration,
 }
 
 /// What was found in one frame. The tags lie in shared memory: hold at most two at once, and copy what you keep.
@@ -41,7 +42,7 @@ impl Client {
         let publisher = format!("detector {detector} of camera {camera}");
         let open = move |bus: &_, patience| Bus::open_detections(bus, &camera, &detector, patience);
         let feed = Feed::connect(options, &publisher, qos::DETECTIONS.borrowed, Box::new(open))?;
-        Ok(Self { feed, refused: 0, recorder })
+        Ok(Self { feed, refused: 0, recorder, delay: options.delay })
     }
 
     /// The next message that was not received yet, oldest first; sleeps until there is one.
@@ -84,6 +85,9 @@ impl Client {
     }
 
     fn check(&mut self, message: Message<TagDetection, DetectionsHeader>) -> Option<Detections> {
+        if !self.delay.is_zero() {
+            std::thread::sleep(self.delay);
+        }
         let client_ns = clock::monotonic_ns();
         // The header is copied out once, so that what was checked is what is used.
         let header = *message.user_header();

@@ -19,6 +19,8 @@ pub struct ConnectOptions {
     pub name: String,
     /// How long connecting may take; `None` waits until the other side comes.
     pub deadline: Option<Duration>,
+    /// How long a message is kept back after it was received: what shows whether latencies are measured right.
+    pub delay: Duration,
     /// What ends waiting from another thread, if there is something.
     pub stop: Option<Stop>,
 }
@@ -34,7 +36,15 @@ impl ConnectOptions {
     #[must_use]
     pub fn in_domain(domain: Domain) -> Self {
         let (camera, detector) = ("cam0".to_owned(), "main".to_owned());
-        Self { domain, camera, detector, name: program_name(), deadline: None, stop: None }
+        Self {
+            domain,
+            camera,
+            detector,
+            name: program_name(),
+            deadline: None,
+            delay: Duration::ZERO,
+            stop: None,
+        }
     }
 
     /// Another name where clients are listed; what is longer than 64 bytes is cut.

@@ -13,7 +13,9 @@ use tagbus_message::control::{
 use tagbus_message::detection::{DetectionsHeader, MAX_NAMED_FAMILIES, TagDetection};
 use tagbus_message::fourcc::Fourcc;
 use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader, FrameLayout, MAX_SIDE, MIN_SIDE};
+use tagbus_message::histogram::Histogram;
 use tagbus_message::info::CameraInfo;
+use tagbus_message::stats::{CameraStats, ClientStats, DetectorStats, Stats};
 
 /// A target's name and what it does with its bytes.
 pub(crate) type Check = (&'static str, fn(&[u8]) -> Verdict);
@@ -26,7 +28,7 @@ pub(crate) enum Verdict {
 }
 
 /// One for each type of message.
-pub(crate) const ALL: [Check; 7] = [
+pub(crate) const ALL: [Check; 8] = [
     ("frame", frame),
     ("detections", detections),
     ("camera_info", camera_info),
@@ -34,6 +36,7 @@ pub(crate) const ALL: [Check; 7] = [
     ("detector_reply", detector_reply),
     ("camera_request", camera_request),
     ("camera_reply", camera_reply),
+    ("stats", stats),
 ];
 
 /// A frame's header, then the length of the payload beside it.
@@ -181,6 +184,39 @@ pub(crate) fn camera_reply(bytes: &[u8]) -> Verdict {
         assert_eq!(CameraReply::of(answer).checked().as_ref(), Ok(answer));
     }
     told(verdict)
+}
+
+/// What a role counts about itself: a byte that says which role, then the message.
+pub(crate) fn stats(bytes: &[u8]) -> Verdict {
+    let (role, rest) = split::<u8>(bytes);
+    match role % 3 {
+        0 => look_at_stats(&split::<CameraStats>(rest).0),
+        1 => look_at_stats(&split::<DetectorStats>(rest).0),
+        _ => {
+            let stats = split::<ClientStats>(rest).0;
+            print(&stats.name());
+            look_at_stats(&stats)
+        }
+    }
+}
+
+fn look_at_stats(stats: &(impl Stats + Debug)) -> Verdict {
+    print(stats);
+    let verdict = stats.checked();
+    if verdict.is_ok() {
+        let hops = stats.parts().1;
+        hops.iter().zip(hops.iter().rev()).for_each(|(hop, other)| look_at_histogram(hop, other));
+    }
+    told(verdict)
+}
+
+fn look_at_histogram(hop: &Histogram, other: &Histogram) {
+    for histogram in [*hop, hop.since(other)] {
+        assert!(histogram.is_sound(), "{histogram:?}");
+        assert_eq!(histogram.quantile_ns(0.5).is_some(), histogram.count > 0);
+        assert_eq!(histogram.count_up_to(u64::MAX), histogram.count);
+        print(&(histogram.mean_ns(), histogram.quantile_ns(0.0), histogram.quantile_ns(1.0)));
+    }
 }
 
 /// Writes the text of a refusal, for texts can panic, too.

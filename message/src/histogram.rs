@@ -154,7 +154,8 @@ impl Histogram {
         let first = since.buckets.iter().position(|&held| held > 0);
         let last = since.buckets.iter().rposition(|&held| held > 0);
         since.min_ns = first.map_or(0, begin_ns).max(self.min_ns);
-        since.max_ns = last.map_or(0, |last| begin_ns(last + 1).min(self.max_ns));
+        // A histogram that lies about its limits must not make the difference contradict itself.
+        since.max_ns = last.map_or(0, |last| begin_ns(last + 1).min(self.max_ns)).max(since.min_ns);
         since
     }
 }

@@ -21,7 +21,9 @@ use tagbus_message::control::{
 };
 use tagbus_message::detection::{DETECTIONS_SCHEMA, DetectionsHeader, TagDetection};
 use tagbus_message::frame::{FrameHeader, GREY, NV12, NV21, UYVY, YU12, YUYV};
+use tagbus_message::histogram::Histogram;
 use tagbus_message::info::{CameraInfo, CameraState};
+use tagbus_message::stats::{CameraStats, ClientStats, DetectorStats};
 use tagbus_message::text;
 
 /// A corpus stays small enough to be committed: more is left to who fuzzes.
@@ -103,7 +105,28 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         all.push(("camera_request", bytes_of(&CameraRequest::of(&ask).unwrap())));
     }
     all.push(("camera_reply", bytes_of(&CameraReply::of(&camera_answer()))));
+    all.extend(stats().map(|bytes| ("stats", bytes)));
     all
+}
+
+/// A byte that says which role, and its message without the zeros at its end.
+fn stats() -> [Vec<u8>; 3] {
+    let hop = |durations_ns: &[u64]| {
+        let mut hop = Histogram::default();
+        durations_ns.iter().for_each(|&duration_ns| hop.count(duration_ns));
+        hop
+    };
+    let camera = CameraStats { hops: [hop(&[8_000_000, 9_000_000]), hop(&[30_000])], ..Default::default() };
+    let mut detector = DetectorStats::default();
+    detector.hops[0] = hop(&[20_000, 25_000]);
+    let mut client =
+        ClientStats { received: 2, hops: [hop(&[40_000]), hop(&[9_000_000])], ..Default::default() };
+    text::write_cut(&mut client.name, "watch");
+    let messages = [bytes_of(&camera), bytes_of(&detector), bytes_of(&client)];
+    [0, 1, 2].map(|role| {
+        let end = messages[role].iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+        [&[role as u8], &messages[role][..end]].concat()
+    })
 }
 
 fn detections() -> Vec<u8> {

@@ -95,13 +95,13 @@ impl Search {
         self.state = DetectorState::Detecting;
         let InForce { detector, wish, names, template, .. } = &mut self.in_force;
         let part = region::cut(&view, wish.region, wish.settings.decimation);
+        let detect_start_ns = monotonic_ns();
         if let (Some(observer), Some(part)) = (&mut self.observer, &part) {
             let payload = frame.payload().as_ptr_range();
             observer(&FrameSeen { header: &header, view: &part.view, payload });
         }
-        let detect_start_ns = monotonic_ns();
         // A region that lies outside holds nothing.
-        let mut phases = PhaseClock::new(detect_start_ns);
+        let mut phases = PhaseClock::new(monotonic_ns());
         let detections = part
             .as_ref()
             .map_or(&[][..], |part| detector.detect_observed(&part.view, |phase| phases.ends(phase)));
