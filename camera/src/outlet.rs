@@ -182,6 +182,12 @@ impl<'a> Outlet<'a> {
         }
     }
 
+    /// Counts a stamp of the driver that cannot be right.
+    #[cfg(any(feature = "v4l", feature = "libcamera"))]
+    pub(crate) fn count_refused_stamp(&mut self) {
+        self.publisher.count_refused_stamp();
+    }
+
     /// Hands the camera's information to subscribers that came late, once a second.
     pub(crate) fn greet(&mut self) {
         if self.greeted.elapsed() >= GREETING_PERIOD {

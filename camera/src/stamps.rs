@@ -74,6 +74,9 @@ impl Stamps {
         let dequeue_ns = clock::monotonic_ns();
         outlet.lost.in_driver += self.lost(frame);
         let (moment, wrong) = self.moment(frame, dequeue_ns);
+        if wrong.is_some() {
+            outlet.count_refused_stamp();
+        }
         // A driver whose stamps are all wrong is told of now and then.
         if let Some(reason) = wrong
             && self.refused.is_power_of_two()

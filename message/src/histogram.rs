@@ -33,7 +33,7 @@ pub struct Histogram {
     pub min_ns: u64,
     /// The longest, nanoseconds.
     pub max_ns: u64,
-    /// Ends that lay before their beginnings: a clock that lies. They are not counted elsewhere.
+    /// Ends that lay before their beginnings, and stamps that cannot be right: a clock that lies. They are not counted elsewhere.
     pub backwards: u64,
     /// How many durations each bucket holds.
     pub buckets: [u32; BUCKETS],

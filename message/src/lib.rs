@@ -37,6 +37,7 @@ mod gate;
 mod header_error;
 pub mod histogram;
 pub mod info;
+pub mod onlooker;
 mod other_version;
 pub mod ports;
 pub mod qos;

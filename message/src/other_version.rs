@@ -30,7 +30,8 @@ fn without_version(topic: &str) -> Option<&str> {
     version.bytes().all(|byte| byte.is_ascii_digit()).then_some(rest)
 }
 
-fn name_in(description: &str) -> Option<String> {
+/// The name of the topic that is described.
+pub(crate) fn name_in(description: &str) -> Option<String> {
     let line = description.lines().find_map(|line| line.trim().strip_prefix(NAME_KEY))?;
     Some(line.trim_end_matches('"').to_owned())
 }

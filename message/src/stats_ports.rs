@@ -1,12 +1,13 @@
 //! The topics of the flight recorder. They have no event: whoever wants to know looks.
 
+use std::collections::BTreeSet;
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, Service, ZeroCopySend};
+use iceoryx2::prelude::{BackpressureStrategy, CallbackProgression, PortFactory as _, Service, ZeroCopySend};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::bus::{Bus, BusError, Part, Patience};
@@ -29,7 +30,7 @@ pub struct StatsOut<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
 #[derive(Debug)]
 pub struct StatsIn<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
     subscriber: Subscriber<S, T, ()>,
-    _service: PortFactory<S, T, ()>,
+    service: PortFactory<S, T, ()>,
     _bus: Bus<S>,
 }
 
@@ -57,14 +58,30 @@ impl<S: Service, T: Debug + ZeroCopySend + Copy> StatsOut<S, T> {
 impl<S: Service, T: Debug + ZeroCopySend + Stats> StatsIn<S, T> {
     /// The next copy that has come and may be believed; with several publishers copies of all come in turn.
     pub fn next(&self) -> Result<Option<T>, ReceiveError> {
+        Ok(self.next_with_publisher()?.map(|(_, stats)| stats))
+    }
+
+    /// The same, with the number of its publisher.
+    pub fn next_with_publisher(&self) -> Result<Option<(u128, T)>, ReceiveError> {
         while let Some(sample) = self.subscriber.receive()? {
             // Copied out once, then checked, then used.
             let stats = *sample;
             if stats.checked().is_ok() {
-                return Ok(Some(stats));
+                return Ok(Some((sample.header().publisher_id().value(), stats)));
             }
         }
         Ok(None)
+    }
+
+    /// The numbers of those who publish here. One who ended is not among them, one who was killed is until somebody cleans up.
+    #[must_use]
+    pub fn publishers(&self) -> BTreeSet<u128> {
+        let mut publishers = BTreeSet::new();
+        self.service.dynamic_config().list_publishers(|details| {
+            publishers.insert(details.publisher_id.value());
+            CallbackProgression::Continue
+        });
+        publishers
     }
 }
 
@@ -186,6 +203,6 @@ impl<S: Service> Bus<S> {
         let service = self.stats_service(&topic, 0, Part::Consumer, patience)?;
         let subscriber =
             self.persist(&topic, Part::Consumer, patience, || service.subscriber_builder().create())?;
-        Ok(StatsIn { subscriber, _service: service, _bus: self.clone() })
+        Ok(StatsIn { subscriber, service, _bus: self.clone() })
     }
 }
