@@ -6,15 +6,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::ipc;
 use tagbus_camera::{CameraConfig, Pace, SourceOptions};
 use tagbus_client::{Client, ConnectOptions, Detections};
 use tagbus_family::Family;
-use tagbus_message::bus::{Bus, Patience};
+use tagbus_message::bus::BusError;
 use tagbus_message::domain::Domain;
 use tagbus_message::histogram::Histogram;
+use tagbus_message::onlooker::{Copies, Onlooker};
 use tagbus_message::stats::{CLIENT_HOPS, CameraStats, ClientStats, DETECTOR_HOPS, DetectorStats, Stats};
-use tagbus_message::stats_ports::StatsIn;
 use tagbus_message::stop::Stop;
 use tagbus_service::ServiceConfig;
 
@@ -91,11 +90,10 @@ fn receive(domain: &Domain, options: &ConnectOptions) -> Recorded {
     for _ in 0..MESSAGES {
         hops_add_up(&client.receive(WATCHDOG).unwrap().expect("a message before the watchdog"));
     }
-    let bus = Bus::<ipc::Service>::start(domain, "reader", &Stop::new().unwrap()).unwrap();
-    let patience = Patience::AtMost(WATCHDOG);
-    let camera = bus.open_camera_stats("cam0", patience).unwrap();
-    let detector = bus.open_detector_stats("cam0", "main", patience).unwrap();
-    let clients = bus.open_client_stats("cam0", "main", patience).unwrap();
+    let onlooker = Onlooker::start(domain, &Stop::new().unwrap()).unwrap();
+    let camera = opened(|| onlooker.camera("cam0"));
+    let detector = opened(|| onlooker.detector("cam0", "main"));
+    let clients = opened(|| onlooker.clients("cam0", "main"));
     let enough = MESSAGES as u64;
     Recorded {
         camera: until(&mut client, &camera, |stats| stats.frames >= enough),
@@ -104,10 +102,21 @@ fn receive(domain: &Domain, options: &ConnectOptions) -> Recorded {
     }
 }
 
+/// An onlooker does not wait for topics.
+fn opened<T>(open: impl Fn() -> Result<T, BusError>) -> T {
+    let begun = Instant::now();
+    loop {
+        match open() {
+            Ok(opened) => return opened,
+            Err(error) => assert!(begun.elapsed() < WATCHDOG, "{error}"),
+        }
+    }
+}
+
 /// Goes on receiving, which is when a client publishes, until the copy is there.
-fn until<T: Stats + std::fmt::Debug + iceoryx2::prelude::ZeroCopySend>(
+fn until<T: Stats>(
     client: &mut Client,
-    copies: &StatsIn<ipc::Service, T>,
+    copies: &Copies<T>,
     is_it: impl Fn(&T) -> bool,
 ) -> T {
     let begun = Instant::now();
