@@ -15,8 +15,9 @@ use crate::family::FamilyCommand;
 use crate::outcome::{Failure, Outcome};
 use crate::run::RunCommand;
 use crate::service::ServiceCommand;
+use crate::top::TopCommand;
 use crate::watch::WatchCommand;
-use crate::{camera, control, detect, family, run, service, watch};
+use crate::{camera, control, detect, family, run, service, top, watch};
 
 /// A perception bus for AprilTags: frames in shared memory, tags a few microseconds after the detector knows them.
 #[derive(Parser)]
@@ -53,6 +54,7 @@ enum Command {
     Camera(CameraCommand),
     Service(ServiceCommand),
     Watch(WatchCommand),
+    Top(TopCommand),
     #[command(subcommand)]
     Control(ControlCommand),
     Detect(DetectCommand),
@@ -86,6 +88,7 @@ pub(crate) fn execute() -> Result<Outcome, Failure> {
         Command::Camera(command) => camera::execute(command, &invocation),
         Command::Service(command) => service::execute(command, &invocation),
         Command::Watch(command) => watch::execute(command, &invocation),
+        Command::Top(command) => top::execute(command, &invocation),
         Command::Control(command) => control::execute(command, &invocation),
         Command::Detect(command) => detect::execute(command, &invocation),
         Command::Family(command) => family::execute(command, &invocation),

@@ -21,18 +21,35 @@ use crate::outcome::complain;
 #[serde(rename_all = "kebab-case")]
 #[command(next_help_heading = "Bus")]
 pub(crate) struct BusFlags {
-    /// The bus: every role that names the same one, under the same user, talks to every other
-    #[arg(long, value_name = "NAME", default_value = DEFAULT_DOMAIN)]
-    pub(crate) domain: String,
-    /// Directory for the bus's sockets and small files, absolute; by default below /run or the temporary directory
-    #[arg(long, value_name = "DIR")]
-    pub(crate) root: Option<PathBuf>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) place: PlaceFlags,
     /// Name of the camera, unique on the bus
     #[arg(long, value_name = "NAME", default_value = "cam0")]
     pub(crate) camera: String,
 }
 
 impl BusFlags {
+    /// The domain that is meant.
+    pub(crate) fn domain(&self) -> Result<Domain, DomainError> {
+        self.place.domain()
+    }
+}
+
+/// Which bus.
+#[derive(Clone, Debug, clap::Args, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[command(next_help_heading = "Bus")]
+pub(crate) struct PlaceFlags {
+    /// The bus: every role that names the same one, under the same user, talks to every other
+    #[arg(long, value_name = "NAME", default_value = DEFAULT_DOMAIN)]
+    pub(crate) domain: String,
+    /// Directory for the bus's sockets and small files, absolute; by default below /run or the temporary directory
+    #[arg(long, value_name = "DIR")]
+    pub(crate) root: Option<PathBuf>,
+}
+
+impl PlaceFlags {
     /// The domain that is meant.
     pub(crate) fn domain(&self) -> Result<Domain, DomainError> {
         match &self.root {

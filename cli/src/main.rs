@@ -4,7 +4,7 @@
 //! command line ─▶ command ─▶ flags over file over defaults ─▶ one module a subcommand ─▶ outcome ─▶ exit code
 //!                             (config)                         family, detect, camera,    0 done
 //!                                                              service, watch, run,       1 nothing found, 2 failed
-//!                                                              control
+//!                                                              top, control
 //! ```
 #![forbid(unsafe_code)]
 
@@ -16,6 +16,7 @@ mod outcome;
 mod output;
 mod role;
 mod tag_json;
+mod units;
 
 mod camera;
 mod chosen_family;
@@ -24,6 +25,7 @@ mod detect;
 mod family;
 mod run;
 mod service;
+mod top;
 mod watch;
 
 fn main() -> std::process::ExitCode {

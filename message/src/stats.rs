@@ -213,7 +213,7 @@ impl Default for ClientStats {
 }
 
 /// A message of the recorder: checked before it is believed.
-pub trait Stats: Copy {
+pub trait Stats: Copy + fmt::Debug + ZeroCopySend + 'static {
     /// Version and histograms.
     fn parts(&self) -> (u32, &[Histogram]);
 

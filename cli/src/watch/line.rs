@@ -2,7 +2,8 @@
 
 use tagbus_client::{Detections, TagDetection};
 
-use super::hops::{Hops, NAMES, short};
+use super::hops::{Hops, NAMES};
+use crate::units::time;
 
 /// The line of a message.
 pub(super) fn of(detections: &Detections) -> String {
@@ -13,7 +14,7 @@ pub(super) fn of(detections: &Detections) -> String {
         "frame {}  {}  = {}  dropped {}  {}",
         header.sequence,
         hop_list(&hops),
-        short(hops.total_us),
+        time(hops.total_us),
         header.skipped,
         if tags.is_empty() { "no tags".to_owned() } else { tags.join("  ") }
     )
@@ -21,7 +22,7 @@ pub(super) fn of(detections: &Detections) -> String {
 
 fn hop_list(hops: &Hops) -> String {
     let hops: Vec<String> =
-        NAMES.iter().zip(hops.us).map(|(name, us)| format!("{name} {}", short(us))).collect();
+        NAMES.iter().zip(hops.us).map(|(name, us)| format!("{name} {}", time(us))).collect();
     hops.join(" + ")
 }
 

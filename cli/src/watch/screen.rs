@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use tagbus_client::{Detections, TagDetection};
 
-use super::hops::{Hops, NAMES, short};
+use super::hops::{Hops, NAMES};
 use super::line::in_order;
 use crate::output::Reader;
+use crate::units::time;
 
 /// Nobody reads faster than this.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -62,9 +63,9 @@ impl Screen {
             self.dropped
         );
         let names: String = NAMES.iter().map(|name| format!("{name:>10}")).collect();
-        let times: String = hops.us.iter().map(|&us| format!("{:>10}", short(us))).collect();
+        let times: String = hops.us.iter().map(|&us| format!("{:>10}", time(us))).collect();
         let mut rows = vec![head, Reader::Person.faint(&format!("{names}{:>10}", "= total"))];
-        rows.push(format!("{times}{:>10}", short(hops.total_us)));
+        rows.push(format!("{times}{:>10}", time(hops.total_us)));
         rows.extend(in_order(detections.tags()).into_iter().take(MOST_ROWS).map(tag_row));
         if detections.tags().len() > MOST_ROWS {
             rows.push(format!("  and {} more", detections.tags().len() - MOST_ROWS));
