@@ -3,6 +3,7 @@
 use serde::Serialize;
 use tagbus_client::Detections;
 
+use super::late::Late;
 use crate::outcome::Failure;
 use crate::tag_json::TagJson;
 
@@ -24,11 +25,20 @@ struct MessageJson<'a> {
     client_ns: u64,
     frames_dropped: u32,
     change: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    late_by_ms: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    late_hop: Option<&'static str>,
     detections: Vec<TagJson<'a>>,
 }
 
 /// The line of a message.
-pub(super) fn line(camera: &str, detector: &str, detections: &Detections) -> Result<String, Failure> {
+pub(super) fn line(
+    camera: &str,
+    detector: &str,
+    detections: &Detections,
+    late: Option<Late>,
+) -> Result<String, Failure> {
     let header = detections.header();
     let message = MessageJson {
         camera,
@@ -47,6 +57,8 @@ pub(super) fn line(camera: &str, detector: &str, detections: &Detections) -> Res
         client_ns: detections.client_ns(),
         frames_dropped: header.skipped,
         change: header.control_number,
+        late_by_ms: late.map(|late| late.by_us / 1e3),
+        late_hop: late.map(|late| late.hop),
         detections: detections.tags().iter().map(TagJson::of_message).collect(),
     };
     Ok(serde_json::to_string(&message)?)

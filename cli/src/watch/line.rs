@@ -3,20 +3,22 @@
 use tagbus_client::{Detections, TagDetection};
 
 use super::hops::{Hops, NAMES};
+use super::late::Late;
 use crate::units::time;
 
 /// The line of a message.
-pub(super) fn of(detections: &Detections) -> String {
+pub(super) fn of(detections: &Detections, late: Option<Late>) -> String {
     let header = detections.header();
     let hops = Hops::of(detections);
     let tags: Vec<String> = in_order(detections.tags()).into_iter().map(tag).collect();
     format!(
-        "frame {}  {}  = {}  dropped {}  {}",
+        "frame {}  {}  = {}  dropped {}  {}{}",
         header.sequence,
         hop_list(&hops),
         time(hops.total_us),
         header.skipped,
-        if tags.is_empty() { "no tags".to_owned() } else { tags.join("  ") }
+        if tags.is_empty() { "no tags".to_owned() } else { tags.join("  ") },
+        late.map_or_else(String::new, |late| format!("  {late}"))
     )
 }
 

@@ -2,6 +2,7 @@
 
 mod hops;
 mod json;
+mod late;
 mod line;
 mod screen;
 
@@ -17,6 +18,8 @@ use crate::flags::{BusFlags, DetectorName};
 use crate::outcome::{Failure, Outcome, complain};
 use crate::output::Reader;
 use crate::role;
+use hops::Hops;
+use late::{Deadline, Late};
 use screen::Screen;
 
 /// Print the detections of a detector as they come
@@ -26,6 +29,7 @@ use screen::Screen;
   tagbus watch --camera cam1 --detector near
   tagbus watch --json --frames 100 | jq '.detections[].id'
   tagbus watch --frames 1 --timeout 5 || echo nothing
+  tagbus watch --deadline 40                     say what is older than 40 ms when it comes, and why
 
 Exit code 1: no message came in time, or none of the frames had a tag.")]
 pub(crate) struct WatchCommand {
@@ -62,6 +66,9 @@ pub(crate) struct ViewFlags {
     /// End when no message comes for so long
     #[arg(long, value_name = "SECONDS")]
     pub(crate) timeout: Option<f64>,
+    /// Say which detections are older than this when they arrive, and which hop took longer than usual; counted at the end
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub(crate) deadline: Option<f64>,
 }
 
 impl ViewFlags {
@@ -80,16 +87,18 @@ pub(crate) fn execute(command: WatchCommand, invocation: &Invocation) -> Result<
     let Some(flags) = invocation.in_force(command.flags)? else { return Ok(Outcome::Done) };
     let stop = role::stop(invocation.parent())?;
     let timeout = flags.view.timeout()?;
+    let deadline = flags.view.deadline.map(Deadline::new).transpose()?;
     let mut options = ConnectOptions::in_domain(flags.bus.domain()?)
         .camera(&flags.bus.camera)
         .detector(&flags.name.detector)
+        .named("watch")
         .stop(stop.clone());
     options.deadline = timeout;
     let client = match Client::connect(&options) {
         Err(tagbus_client::ConnectError::Stopped) => return Ok(Outcome::Done),
         connected => connected?,
     };
-    Watch { client, stop, flags, timeout }.work()
+    Watch { client, stop, flags, timeout, deadline }.work()
 }
 
 struct Watch {
@@ -97,10 +106,19 @@ struct Watch {
     stop: Stop,
     flags: WatchFlags,
     timeout: Option<Duration>,
+    deadline: Option<Deadline>,
 }
 
 impl Watch {
     fn work(mut self) -> Result<Outcome, Failure> {
+        let outcome = self.watch();
+        if let Some(deadline) = &self.deadline {
+            complain(deadline);
+        }
+        outcome
+    }
+
+    fn watch(&mut self) -> Result<Outcome, Failure> {
         let mut printer = Printer::new(&self.flags);
         let (mut frames, mut tags) = (0, 0);
         while self.flags.view.frames.is_none_or(|limit| frames < limit) {
@@ -109,7 +127,9 @@ impl Watch {
             };
             frames += 1;
             tags += detections.tags().len();
-            printer.print(&detections)?;
+            let hops = Hops::of(&detections);
+            let late = self.deadline.as_mut().and_then(|deadline| deadline.judge(&hops));
+            printer.print(&detections, late)?;
         }
         Ok(if tags > 0 { Outcome::Done } else { Outcome::NothingFound })
     }
@@ -148,14 +168,14 @@ impl Printer {
         }
     }
 
-    fn print(&mut self, detections: &Detections) -> Result<(), Failure> {
+    fn print(&mut self, detections: &Detections, late: Option<Late>) -> Result<(), Failure> {
         let mut out = io::stdout().lock();
         match self {
             Self::Json { camera, detector } => {
-                writeln!(out, "{}", json::line(camera, detector, detections)?)?;
+                writeln!(out, "{}", json::line(camera, detector, detections, late)?)?;
             }
-            Self::Lines => writeln!(out, "{}", line::of(detections))?,
-            Self::Screen(screen) => screen.show(detections, &mut out)?,
+            Self::Lines => writeln!(out, "{}", line::of(detections, late))?,
+            Self::Screen(screen) => screen.show(detections, late, &mut out)?,
         }
         Ok(())
     }

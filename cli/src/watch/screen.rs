@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use tagbus_client::{Detections, TagDetection};
 
 use super::hops::{Hops, NAMES};
+use super::late::Late;
 use super::line::in_order;
 use crate::output::Reader;
 use crate::units::time;
@@ -23,16 +24,27 @@ pub(super) struct Screen {
     frames: u64,
     dropped: u64,
     frames_since: u64,
+    late: u64,
+    last_late: Option<(u64, Late)>,
 }
 
 impl Screen {
     /// An empty screen.
     pub(super) fn new(title: String) -> Self {
-        Self { title, rows: 0, shown: None, frames: 0, dropped: 0, frames_since: 0 }
+        Self { title, rows: 0, shown: None, frames: 0, dropped: 0, frames_since: 0, late: 0, last_late: None }
     }
 
     /// Counts the message, and shows it when the last one was shown long enough.
-    pub(super) fn show(&mut self, detections: &Detections, out: &mut impl Write) -> io::Result<()> {
+    pub(super) fn show(
+        &mut self,
+        detections: &Detections,
+        late: Option<Late>,
+        out: &mut impl Write,
+    ) -> io::Result<()> {
+        if let Some(late) = late {
+            self.late += 1;
+            self.last_late = Some((detections.header().sequence, late));
+        }
         self.frames += 1;
         self.frames_since += 1;
         self.dropped += u64::from(detections.header().skipped);
@@ -66,6 +78,9 @@ impl Screen {
         let times: String = hops.us.iter().map(|&us| format!("{:>10}", time(us))).collect();
         let mut rows = vec![head, Reader::Person.faint(&format!("{names}{:>10}", "= total"))];
         rows.push(format!("{times}{:>10}", time(hops.total_us)));
+        if let Some((frame, late)) = self.last_late {
+            rows.push(format!("{} late, the last one frame {frame}: {late}", self.late));
+        }
         rows.extend(in_order(detections.tags()).into_iter().take(MOST_ROWS).map(tag_row));
         if detections.tags().len() > MOST_ROWS {
             rows.push(format!("  and {} more", detections.tags().len() - MOST_ROWS));
