@@ -219,6 +219,11 @@ impl Running {
         kill_process(pid, signal).unwrap();
     }
 
+    /// The number of the process.
+    pub(crate) fn number(&self) -> u32 {
+        self.child.id()
+    }
+
     pub(crate) fn is_alive(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }
