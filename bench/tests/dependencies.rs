@@ -37,7 +37,7 @@ const ROOMS: [Room; 11] = [
     // Robot programs link this: its tree is kept tiny.
     room("client", &["message"], &["iceoryx2"]),
     room("cli", &["family", "scene", "detector", "message", "camera", "service", "client"],
-        &["clap", "image", "serde", "serde_json", "toml", "indicatif", "ratatui", "signal-hook", "ctrlc", "sd-notify",
+        &["clap", "image", "serde", "serde_json", "toml", "indicatif", "ratatui", "tiny_http", "signal-hook", "ctrlc", "sd-notify",
           "rustix"]),
     // The paper's detector as it is written: it shares what a tag looks like with the product, and nothing else.
     room("paper", &["family"], &["nalgebra"]),
