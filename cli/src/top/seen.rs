@@ -1,6 +1,7 @@
 //! What is known about everybody on the bus, and what is wrong.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use tagbus_message::control::DetectorState;
 use tagbus_message::info::CameraState;
@@ -8,6 +9,9 @@ use tagbus_message::stats::{CameraStats, ClientStats, DetectorStats};
 
 use super::track::{Counted, Life, STALE, Track};
 use crate::units;
+
+/// How long a client may not have said that it took what was sent: longer than from one copy to the next.
+const BEHIND: Duration = Duration::from_secs(1);
 
 /// A detector by its names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -126,22 +130,20 @@ impl Seen {
         if track.life() == Life::Gone {
             return ClientLife::Gone;
         }
-        let (client, sent) = (track.last(), self.detectors.get(&key.detector).map(Track::last));
-        let behind = match sent {
-            Some(sent) if sent.epoch != client.detector_epoch => (sent.messages > 0).then_some(None),
-            // Messages are numbered from 0.
-            Some(sent) => match sent.messages.saturating_sub(client.last_message + 1) {
-                0 => None,
-                behind => Some(Some(behind)),
-            },
-            None => None,
+        let Some(detector) = self.detectors.get(&key.detector) else { return ClientLife::Alive };
+        let client = track.last();
+        let is_anew = detector.last().epoch != client.detector_epoch;
+        // Messages are numbered from 0.
+        let taken = if is_anew { 0 } else { client.last_message + 1 };
+        let Some(since_ns) = detector.first_written(|detector| detector.messages > taken) else {
+            return ClientLife::Alive;
         };
-        match behind {
-            Some(behind) if took_nothing(track, now_ns) >= STALE => {
-                ClientLife::Stuck { behind, halted: track.life() == Life::Halted }
-            }
-            _ => ClientLife::Alive,
+        let behind = Duration::from_nanos(now_ns.saturating_sub(since_ns));
+        if behind < BEHIND || took_nothing(track, now_ns) < STALE {
+            return ClientLife::Alive;
         }
+        let messages = detector.last().messages - taken;
+        ClientLife::Stuck { behind: (!is_anew).then_some(messages), halted: track.life() == Life::Halted }
     }
 
     /// What is wrong, in words.
@@ -164,7 +166,7 @@ fn gone<K, T: Counted>(tracks: &BTreeMap<K, Track<T>>) -> usize {
 }
 
 /// How long a client took nothing: it says so itself while it waits, and not at all while it does something else.
-fn took_nothing(track: &Track<ClientStats>, now_ns: u64) -> std::time::Duration {
+fn took_nothing(track: &Track<ClientStats>, now_ns: u64) -> Duration {
     track.age(now_ns).max(track.resting(now_ns))
 }
 
@@ -221,7 +223,7 @@ fn client_trouble(name: &str, track: &Track<ClientStats>, life: ClientLife, now_
     };
     let behind = match behind {
         Some(behind) => format!("{} behind", units::of(behind, "message")),
-        None => "its detector has begun anew since".to_owned(),
+        None => "nothing yet since its detector began".to_owned(),
     };
     let halted = if halted { ", it was halted by a signal" } else { "" };
     let rest = seconds(took_nothing(track, now_ns));
@@ -239,7 +241,7 @@ fn silence<T: Counted>(who: &str, track: &Track<T>, now_ns: u64) -> Option<Strin
     }
 }
 
-fn seconds(duration: std::time::Duration) -> String {
+fn seconds(duration: Duration) -> String {
     format!("{:.1} s", duration.as_secs_f64())
 }
 
@@ -253,16 +255,27 @@ mod tests {
         DetectorKey { camera: "cam0".to_owned(), detector: "main".to_owned() }
     }
 
-    /// A detector and a client that spoke for the last time at these moments, and how many messages each knows of.
-    fn seen(detector: (u64, u64), client: (u64, u64)) -> Seen {
+    /// A detector of this start that spoke every half a second, sent 15 messages between, and has sent so many at this moment.
+    fn detector(epoch: u64, last_ns: u64, sent: u64) -> Track<DetectorStats> {
+        let copy = |ago: u64| DetectorStats {
+            epoch,
+            written_ns: last_ns - ago * SECOND / 2,
+            messages: sent.saturating_sub(15 * ago),
+            state: 2,
+            ..DetectorStats::default()
+        };
+        let mut track = Track::new(1, copy(9));
+        (0..9).rev().for_each(|ago| track.take(1, copy(ago)));
+        track
+    }
+
+    /// Such a detector at 10 s, and a client that spoke for the last time then and has received so many.
+    fn seen(sent: u64, client_ns: u64, received: u64) -> Seen {
         let mut seen = Seen::default();
-        let (written_ns, messages) = detector;
-        let detector = DetectorStats { epoch: 3, written_ns, messages, state: 2, ..DetectorStats::default() };
-        seen.detectors.insert(key(), Track::new(1, detector));
-        let (written_ns, received) = client;
+        seen.detectors.insert(key(), detector(3, 10 * SECOND, sent));
         let mut client = ClientStats {
             epoch: 4,
-            written_ns,
+            written_ns: client_ns,
             received,
             last_message: received.saturating_sub(1),
             detector_epoch: 3,
@@ -274,29 +287,31 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_takes_nothing_of_what_was_sent_is_stuck_and_one_that_has_all_is_not() {
+    fn a_client_that_takes_nothing_of_what_was_sent_is_stuck() {
+        let stuck = seen(396, 7 * SECOND, 300).troubles(10 * SECOND + SECOND / 5);
         let process = std::process::id();
-        let stuck = seen((10 * SECOND, 396), (7 * SECOND, 300)).troubles(10 * SECOND + SECOND / 5);
         let wanted =
             format!("client wa?ch (process {process}): stuck, took nothing for 3.2 s, 96 messages behind");
         assert_eq!(stuck, [wanted]);
-        assert!(seen((10 * SECOND, 300), (7 * SECOND, 300)).troubles(10 * SECOND).is_empty());
-        assert!(seen((10 * SECOND, 310), (9 * SECOND, 300)).troubles(10 * SECOND).is_empty());
     }
 
     #[test]
-    fn a_client_that_spoke_to_an_earlier_detector_is_not_told_how_far_behind_it_is() {
-        let mut seen = seen((10 * SECOND, 5), (7 * SECOND, 300));
-        let anew = DetectorStats {
-            epoch: 9,
-            started_ns: 1,
-            written_ns: 10 * SECOND,
-            ..*seen.detectors[&key()].last()
-        };
-        seen.detectors.insert(key(), Track::new(1, anew));
+    fn a_client_is_not_stuck_that_has_all_or_spoke_a_moment_ago_or_of_whom_the_first_message_is_new() {
+        let has_all = seen(300, 7 * SECOND, 300);
+        let spoke = seen(400, 9 * SECOND, 300);
+        let new = seen(310, 2 * SECOND, 300);
+        for (case, seen) in [has_all, spoke, new].iter().enumerate() {
+            assert!(seen.troubles(10 * SECOND).is_empty(), "{case}: {:?}", seen.troubles(10 * SECOND));
+        }
+    }
+
+    #[test]
+    fn a_client_that_took_nothing_of_a_detector_that_began_anew_is_not_told_how_far_behind_it_is() {
+        let mut seen = seen(0, 7 * SECOND, 300);
+        seen.detectors.insert(key(), detector(9, 10 * SECOND, 150));
         let troubles = seen.troubles(10 * SECOND);
         assert!(
-            troubles[0].ends_with("took nothing for 3.0 s, its detector has begun anew since"),
+            troubles[0].ends_with("took nothing for 3.0 s, nothing yet since its detector began"),
             "{troubles:?}"
         );
     }

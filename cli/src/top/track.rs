@@ -14,7 +14,7 @@ pub(super) const WINDOW: Duration = Duration::from_secs(5);
 pub(super) const STALE: Duration = Duration::from_millis(1500);
 /// How long a role that is gone is still shown.
 const SHOWN_GONE: Duration = Duration::from_secs(10);
-/// How much less than a period of half a second may lie between two copies that rates are taken of.
+/// Rates are taken of copies that lie at least so far from each other.
 const SHORTEST: Duration = Duration::from_millis(300);
 
 /// What all roles count.
@@ -129,6 +129,11 @@ impl<T: Counted> Track<T> {
     pub(super) fn window(&self) -> Option<(&T, &T)> {
         let (first, last) = (&self.copies[0], self.last());
         (last.written_ns() - first.written_ns() >= ns(SHORTEST)).then_some((first, last))
+    }
+
+    /// When the first of the copies was written of which this holds.
+    pub(super) fn first_written(&self, holds: impl Fn(&T) -> bool) -> Option<u64> {
+        self.copies.iter().find(|copy| holds(copy)).map(Counted::written_ns)
     }
 
     /// How much a count grew in a second, on the average of the window.
