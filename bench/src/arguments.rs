@@ -57,6 +57,8 @@ pub(crate) enum Command {
     Phases(PhasesArguments),
     /// What each choice of the paper buys: its pipeline, plainly, with one step changed at a time.
     Paper(PaperArguments),
+    /// What it costs a frame that every role counts its hops.
+    Recorder(RecorderArguments),
     /// From how near to how far the nested tag of the paper's Figure 1 is found, and which of its tags.
     Recursive(RecursiveArguments),
     /// Frames of a data set with exact truth, as files or as a list.
@@ -246,6 +248,19 @@ pub(crate) struct HostileArguments {
     #[arg(long, default_value_t = 0)]
     pub(crate) core: usize,
     /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct RecorderArguments {
+    /// How often 100,000 frames are counted, and a single one with empty caches.
+    #[arg(long, default_value_t = 51)]
+    pub(crate) rounds: usize,
+    /// The core to run on.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// A folder for recorder.md.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }

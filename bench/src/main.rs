@@ -18,6 +18,7 @@ mod paper_ablations;
 mod peers;
 mod phases;
 mod record;
+mod recorder;
 mod recursive;
 mod sets;
 mod soak;
@@ -31,8 +32,8 @@ use std::time::Duration;
 
 use arguments::{
     Arguments, ChaosArguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments,
-    HostileArguments, IndexArguments, ManyArguments, PaperArguments, PhasesArguments, RecursiveArguments,
-    RenderArguments, SoakArguments, SweepArguments, SyscallsArguments, ThreadsArguments,
+    HostileArguments, IndexArguments, ManyArguments, PaperArguments, PhasesArguments, RecorderArguments,
+    RecursiveArguments, RenderArguments, SoakArguments, SweepArguments, SyscallsArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         Command::Hostile(arguments) => hostile(&arguments),
         Command::Paper(arguments) => paper(&arguments),
         Command::Index(arguments) => index(&arguments),
+        Command::Recorder(arguments) => recorder(&arguments),
         Command::Many(arguments) => many(&arguments),
         Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
@@ -191,6 +193,22 @@ fn index(arguments: &IndexArguments) -> Result<(), Failure> {
         0 => Ok(()),
         count => Err(format!("look-up and brute force disagree on {count} probes").into()),
     }
+}
+
+fn recorder(arguments: &RecorderArguments) -> Result<(), Failure> {
+    machine::pin_to(arguments.core)?;
+    let frames = 100_000;
+    let page = recorder::page(&recorder::run(arguments.rounds, frames));
+    print!("{page}");
+    if let Some(folder) = &arguments.record {
+        std::fs::create_dir_all(folder)?;
+        let how = format!(
+            "`tagbus-bench recorder --rounds {}`; one thread pinned to one core; warm: CPU time of {frames} frames a round; emptied: 16 MB are              written before each frame, and the time of one frame is taken",
+            arguments.rounds
+        );
+        record::write_page(&folder.join("recorder.md"), "What the flight recorder costs", &how, &page)?;
+    }
+    Ok(())
 }
 
 fn many(arguments: &ManyArguments) -> Result<(), Failure> {

@@ -114,11 +114,7 @@ fn opened<T>(open: impl Fn() -> Result<T, BusError>) -> T {
 }
 
 /// Goes on receiving, which is when a client publishes, until the copy is there.
-fn until<T: Stats>(
-    client: &mut Client,
-    copies: &Copies<T>,
-    is_it: impl Fn(&T) -> bool,
-) -> T {
+fn until<T: Stats>(client: &mut Client, copies: &Copies<T>, is_it: impl Fn(&T) -> bool) -> T {
     let begun = Instant::now();
     loop {
         drop(client.receive(WATCHDOG).unwrap());
