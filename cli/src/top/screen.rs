@@ -77,6 +77,8 @@ impl Screen {
     }
 
     fn take(&mut self, rows: Vec<Row>) -> io::Result<()> {
+        let columns = usize::from(self.terminal.size()?.width);
+        let rows: Vec<Row> = rows.into_iter().flat_map(|row| fitted(row, columns)).collect();
         let is_due = self.drawn.is_none_or(|drawn| drawn.elapsed() >= REFRESH);
         let has_news = troubles(&rows) != troubles(&self.rows);
         self.rows = rows;
@@ -124,7 +126,26 @@ fn is_end(key: &KeyEvent) -> bool {
     is_control_c || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc)
 }
 
-/// The troubles without their seconds, which change all the time.
+/// What is wrong is told to its end, in as many rows as it takes; of everything else the beginning counts.
+fn fitted(row: Row, columns: usize) -> Vec<Row> {
+    if row.kind != Kind::Trouble {
+        return vec![row];
+    }
+    let mut rows: Vec<String> = Vec::new();
+    for word in row.text.split(' ') {
+        match rows.last_mut() {
+            Some(last) if last.chars().count() + 1 + word.chars().count() <= columns => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            Some(_) => rows.push(format!("  {word}")),
+            None => rows.push(word.to_owned()),
+        }
+    }
+    rows.into_iter().map(|text| Row { kind: Kind::Trouble, text }).collect()
+}
+
+/// How much is wrong; what is said of it has seconds in it, which change all the time.
 fn troubles(rows: &[Row]) -> usize {
     rows.iter().filter(|row| row.kind == Kind::Trouble).count()
 }
@@ -138,4 +159,18 @@ fn line(row: &Row) -> Line<'_> {
         Kind::Plain => Style::new(),
     };
     Line::styled(row.text.as_str(), style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn troubles_are_told_to_their_end() {
+        let row = |kind, text: &str| Row { kind, text: text.to_owned() };
+        let trouble = row(Kind::Trouble, "! client watch (process 7): stuck, took nothing");
+        let told: Vec<String> = fitted(trouble, 28).into_iter().map(|row| row.text).collect();
+        assert_eq!(told, ["! client watch (process 7):", "  stuck, took nothing"]);
+        assert_eq!(fitted(row(Kind::Plain, "as it is"), 3).len(), 1);
+    }
 }
