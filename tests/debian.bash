@@ -32,7 +32,7 @@ CONF
 use_suite() {
     local site
     # shellcheck disable=SC2016
-    site=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | grep '/debian/$' | head -n 1)
+    site=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | sed -n '/\/debian\/$/{p;q}')
     [ -n "$site" ] || return 1
     echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $site $suite main" >"$private_apt/sources.list"
     cat >>"$private_apt/apt.conf" <<CONF
