@@ -74,6 +74,8 @@ const NO_PATIENCE: Patience = Patience::AtMost(Duration::ZERO);
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     #[test]
@@ -93,7 +95,7 @@ mod tests {
         out.publish(&CameraStats { frames: 7, ..CameraStats::default() });
         let (publisher, copy) = copies.next_with_publisher().unwrap().unwrap();
         assert_eq!(copy.frames, 7);
-        assert_eq!(copies.publishers(), BTreeSet::from([publisher]));
+        assert_eq!(copies.publishers(), BTreeMap::from([(publisher, std::process::id())]));
         drop(out);
         assert!(copies.publishers().is_empty());
         drop((detector, copies, role, onlooker));

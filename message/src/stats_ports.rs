@@ -1,6 +1,6 @@
 //! The topics of the flight recorder. They have no event: whoever wants to know looks.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
@@ -73,12 +73,14 @@ impl<S: Service, T: Debug + ZeroCopySend + Stats> StatsIn<S, T> {
         Ok(None)
     }
 
-    /// The numbers of those who publish here. One who ended is not among them, one who was killed is until somebody cleans up.
+    /// The numbers of those who publish here, and their processes. One who ended is not among them, one who was killed is until
+    /// somebody cleans up.
     #[must_use]
-    pub fn publishers(&self) -> BTreeSet<u128> {
-        let mut publishers = BTreeSet::new();
+    pub fn publishers(&self) -> BTreeMap<u128, u32> {
+        let mut publishers = BTreeMap::new();
         self.service.dynamic_config().list_publishers(|details| {
-            publishers.insert(details.publisher_id.value());
+            let process = details.node_id.pid::<S>().map_or(0, |process| process.value() as u32);
+            publishers.insert(details.publisher_id.value(), process);
             CallbackProgression::Continue
         });
         publishers

@@ -1,7 +1,7 @@
 //! Looking: who counts on the bus, and what their last copies say.
 
+use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use tagbus_message::bus::BusError;
@@ -36,7 +36,7 @@ pub(super) struct Look {
 /// A topic that copies come on.
 struct Source<T: Stats> {
     copies: Copies<T>,
-    publishers: BTreeSet<u128>,
+    publishers: BTreeMap<u128, u32>,
     heard: Instant,
 }
 
@@ -47,16 +47,15 @@ impl<T: Stats> Source<T> {
 
     /// The copies that have come, each with the number of its publisher.
     fn read(&mut self) -> Vec<(u128, T)> {
-        // Before the copies: whoever comes in between must not count as one who left.
-        self.publishers = self.copies.publishers();
         let mut read = Vec::new();
         while let Ok(Some(copy)) = self.copies.next_with_publisher() {
-            self.publishers.insert(copy.0);
             read.push(copy);
         }
         if !read.is_empty() {
             self.heard = Instant::now();
         }
+        // After the copies: of whoever left before, nothing comes any more.
+        self.publishers = self.copies.publishers();
         read
     }
 
@@ -95,7 +94,7 @@ impl Look {
         self.again();
         while !self.cameras.is_empty() || !self.detectors.is_empty() {
             let looked = started.elapsed();
-            let is_settled = looked >= SETTLED && self.seen.has_rates();
+            let is_settled = looked >= SETTLED && self.seen.has_rates() && !self.seen.has_mutes();
             if is_settled || looked >= SETTLED_AT_LAST || stop.wait(BETWEEN_LOOKS) {
                 break;
             }
@@ -159,8 +158,27 @@ impl Look {
         }
     }
 
+    /// Who publishes and was never heard: one who is stuck since before this began to look.
+    fn note_mutes(&mut self, now_ns: u64) {
+        let mut there = BTreeMap::new();
+        for (camera, source) in &self.cameras {
+            let who = format!("camera {camera}");
+            there.extend(source.publishers.iter().map(|(id, process)| (*id, (who.clone(), *process))));
+        }
+        for (DetectorKey { camera, detector }, source) in &self.detectors {
+            let who = format!("detector {detector} of {camera}");
+            there.extend(source.publishers.iter().map(|(id, process)| (*id, (who.clone(), *process))));
+        }
+        for (DetectorKey { camera, detector }, source) in &self.clients {
+            let who = format!("client of {detector} of {camera}");
+            there.extend(source.publishers.iter().map(|(id, process)| (*id, (who.clone(), *process))));
+        }
+        self.seen.note_mutes(there, now_ns);
+    }
+
     fn judge(&mut self) {
         let now_ns = monotonic_ns();
+        self.note_mutes(now_ns);
         let gone_before = self.seen.gone();
         for (camera, track) in &mut self.seen.cameras {
             track.judge(self.cameras.get(camera).map(|source| &source.publishers), now_ns);

@@ -10,7 +10,7 @@ use super::track::{Counted, Life, Track};
 use crate::units;
 
 /// Columns before those of the quantiles.
-const LEFT: usize = 40;
+const LEFT: usize = 44;
 
 /// What a row is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +152,7 @@ fn head(left: &str) -> Row {
 }
 
 fn columns(values: [String; 4]) -> String {
-    values.iter().map(|value| format!("{value:>10}")).collect()
+    values.iter().map(|value| format!("{value:>9}")).collect()
 }
 
 fn memory(touched: u64, reserved: u64) -> Row {

@@ -7,6 +7,7 @@ use tagbus_message::control::DetectorState;
 use tagbus_message::info::CameraState;
 use tagbus_message::stats::{CameraStats, ClientStats, DetectorStats};
 
+use super::process::Process;
 use super::track::{Counted, Life, STALE, Track};
 use crate::units;
 
@@ -42,6 +43,15 @@ pub(super) struct Seen {
     pub(super) cameras: BTreeMap<String, Track<CameraStats>>,
     pub(super) detectors: BTreeMap<DetectorKey, Track<DetectorStats>>,
     pub(super) clients: BTreeMap<ClientKey, Track<ClientStats>>,
+    mutes: BTreeMap<u128, Mute>,
+}
+
+/// Somebody who has a place to publish on and was not heard yet.
+#[derive(Debug)]
+struct Mute {
+    who: String,
+    process: u32,
+    since_ns: u64,
 }
 
 /// How a client is: as any role, or behind what its detector sends.
@@ -83,6 +93,29 @@ impl Seen {
             && self.cameras.values().all(has_rates)
             && self.detectors.values().all(has_rates)
             && self.clients.values().all(has_rates)
+    }
+
+    /// Whether somebody was not heard yet.
+    pub(super) fn has_mutes(&self) -> bool {
+        !self.mutes.is_empty()
+    }
+
+    /// Notes who of those who publish was not heard yet: each by the number of its place, with words for it and its process.
+    pub(super) fn note_mutes(&mut self, there: BTreeMap<u128, (String, u32)>, now_ns: u64) {
+        self.mutes.retain(|publisher, _| there.contains_key(publisher));
+        for (publisher, (who, process)) in there {
+            if self.is_heard(publisher) {
+                self.mutes.remove(&publisher);
+            } else {
+                self.mutes.entry(publisher).or_insert(Mute { who, process, since_ns: now_ns });
+            }
+        }
+    }
+
+    fn is_heard(&self, publisher: u128) -> bool {
+        self.cameras.values().any(|track| track.publisher() == publisher)
+            || self.detectors.values().any(|track| track.publisher() == publisher)
+            || self.clients.values().any(|track| track.publisher() == publisher)
     }
 
     /// How many are gone and still known.
@@ -153,7 +186,8 @@ impl Seen {
         let clients = self.clients.iter().filter_map(|(key, track)| {
             client_trouble(&client_name(track), track, self.client_life(key, track, now_ns), now_ns)
         });
-        cameras.chain(detectors).chain(clients).collect()
+        let mutes = self.mutes.values().filter_map(|mute| mute_trouble(mute, now_ns));
+        cameras.chain(detectors).chain(clients).chain(mutes).collect()
     }
 }
 
@@ -228,6 +262,18 @@ fn client_trouble(name: &str, track: &Track<ClientStats>, life: ClientLife, now_
     let halted = if halted { ", it was halted by a signal" } else { "" };
     let rest = seconds(took_nothing(track, now_ns));
     Some(format!("{who}: stuck, took nothing for {rest}, {behind}{halted}"))
+}
+
+/// Whoever is dead already leaves places that are cleaned up when somebody comes who needs them.
+fn mute_trouble(mute: &Mute, now_ns: u64) -> Option<String> {
+    let silent = Duration::from_nanos(now_ns.saturating_sub(mute.since_ns));
+    let process = Process::of(mute.process);
+    if silent < STALE || process == Process::Gone {
+        return None;
+    }
+    let Mute { who, process: number, .. } = mute;
+    let halted = if process == Process::Halted { ", it was halted by a signal" } else { "" };
+    Some(format!("{who} (process {number}): stuck, said nothing for {} or more{halted}", seconds(silent)))
 }
 
 /// What is wrong when a role does not speak.
@@ -314,6 +360,25 @@ mod tests {
             troubles[0].ends_with("took nothing for 3.0 s, nothing yet since its detector began"),
             "{troubles:?}"
         );
+    }
+
+    #[test]
+    fn whoever_publishes_and_was_never_heard_is_stuck_as_long_as_it_is_there() {
+        let mut seen = seen(300, 10 * SECOND, 300);
+        let there = |process| {
+            let client = |number: u128| (number, (format!("client {number}"), process));
+            BTreeMap::from([client(1), client(2), client(8)])
+        };
+        let process = std::process::id();
+        seen.note_mutes(there(process), 8 * SECOND);
+        seen.note_mutes(there(process), 10 * SECOND);
+        let wanted = format!("client 8 (process {process}): stuck, said nothing for 2.0 s or more");
+        assert_eq!(seen.troubles(10 * SECOND), [wanted]);
+        assert!(seen.troubles(9 * SECOND).is_empty());
+        seen.note_mutes(BTreeMap::new(), 10 * SECOND);
+        assert!(!seen.has_mutes());
+        seen.note_mutes(there(1 << 30), 10 * SECOND);
+        assert!(seen.troubles(12 * SECOND).iter().all(|trouble| !trouble.contains("client 8")));
     }
 
     #[test]

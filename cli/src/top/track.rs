@@ -1,6 +1,6 @@
 //! The last copies of what one role counts.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use tagbus_message::histogram::Histogram;
@@ -154,8 +154,8 @@ impl<T: Counted> Track<T> {
     }
 
     /// Looks at what has become of the role.
-    pub(super) fn judge(&mut self, publishers: Option<&BTreeSet<u128>>, now_ns: u64) {
-        let left = publishers.is_some_and(|publishers| !publishers.contains(&self.publisher));
+    pub(super) fn judge(&mut self, publishers: Option<&BTreeMap<u128, u32>>, now_ns: u64) {
+        let left = publishers.is_some_and(|publishers| !publishers.contains_key(&self.publisher));
         let life = match self.age(now_ns) >= STALE {
             _ if left => Life::Gone,
             false => Life::Alive,
@@ -179,6 +179,11 @@ impl<T: Counted> Track<T> {
     /// Whether it is shown; what is gone long enough is not.
     pub(super) fn is_shown(&self, now_ns: u64) -> bool {
         self.life != Life::Gone || now_ns.saturating_sub(self.gone_ns) < ns(SHOWN_GONE)
+    }
+
+    /// The place that the last copy came from.
+    pub(super) fn publisher(&self) -> u128 {
+        self.publisher
     }
 
     /// How old the last copy is.
@@ -233,7 +238,10 @@ mod tests {
     fn an_old_copy_is_silence_of_a_process_that_is_there_and_the_end_of_one_that_is_not() {
         let mut track = Track::new(5, copy(1_000, 3));
         let mut life = |now_ms: u64, publishers: &[u128]| {
-            track.judge(Some(&publishers.iter().copied().collect()), now_ms * 1_000_000);
+            track.judge(
+                Some(&publishers.iter().map(|&publisher| (publisher, 0)).collect()),
+                now_ms * 1_000_000,
+            );
             (track.life(), track.is_shown(now_ms * 1_000_000))
         };
         assert_eq!(life(2_499, &[5]), (Life::Alive, true));

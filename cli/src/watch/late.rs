@@ -30,7 +30,7 @@ pub(super) struct Late {
     /// The hop that took longer than usual by most.
     pub(super) hop: &'static str,
     took_us: f64,
-    usual_us: f64,
+    usual_us: Option<f64>,
 }
 
 impl Deadline {
@@ -56,9 +56,9 @@ impl Deadline {
     }
 
     fn blame(&mut self, hops: &Hops) -> Late {
-        let usual_us: [f64; NAMES.len()] =
-            std::array::from_fn(|hop| self.usual[hop].quantile_ns(0.5).unwrap_or(0.0) / 1e3);
-        let excess = |hop: usize| hops.us[hop] - usual_us[hop];
+        let usual_us: [Option<f64>; NAMES.len()] =
+            std::array::from_fn(|hop| self.usual[hop].quantile_ns(0.5).map(|ns| ns / 1e3));
+        let excess = |hop: usize| hops.us[hop] - usual_us[hop].unwrap_or(0.0);
         let worst =
             (1..NAMES.len()).fold(0, |worst, hop| if excess(hop) > excess(worst) { hop } else { worst });
         self.late[worst] += 1;
@@ -74,7 +74,8 @@ impl Deadline {
 impl fmt::Display for Late {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { by_us, hop, took_us, usual_us } = *self;
-        write!(f, "LATE by {}: {hop} took {}, usually {}", time(by_us), time(took_us), time(usual_us))
+        write!(f, "LATE by {}: {hop} took {}", time(by_us), time(took_us))?;
+        usual_us.map_or(Ok(()), |us| write!(f, ", usually {}", time(us)))
     }
 }
 

@@ -69,7 +69,7 @@ fn everything_of_a_camera_a_detector_and_a_client_is_on_a_screen_of_80_by_24() {
         "lost: 0 driver, 0 damaged, 0 no memory",
         "missed",
         "touched",
-        "p50       p95       p99       max",
+        "p50      p95      p99      max",
         "q, Esc: end",
     ] {
         top.wait_for(text);
@@ -108,6 +108,9 @@ fn a_client_that_is_stopped_a_service_and_a_camera_that_are_killed_are_each_said
     let took = top.wait_for(&client);
     top.wait_for("behind");
     println!("a client that is stopped was said after {:.2} s", took.as_secs_f64());
+    let stuck = format!("client of main of cam0 (process {}): stuck", work.watch.number());
+    let late = printed(&mut bus.command("top", &[]), 0);
+    assert!(late.contains(&stuck), "one who looks only now does not see it:\n{late}");
     work.watch.send(Signal::CONT);
     top.wait_until("end of the trouble", |rows| !rows.iter().any(|row| row.contains("stuck")));
 
