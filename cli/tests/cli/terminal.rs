@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
+use std::num::NonZero;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -38,7 +39,11 @@ impl Terminal {
         in_terminal.arg("--ctty").arg(command.get_program()).args(command.get_args());
         in_terminal.env("XDG_CONFIG_HOME", "/nonexistent").env("TERM", "xterm").env_remove("NO_COLOR");
         let child = in_terminal.stdin(end()).stdout(end()).stderr(end()).spawn().unwrap();
-        let screen = Arc::new(Mutex::new(vt100::Parser::new(ROWS, COLUMNS, 0)));
+        let screen = Arc::new(Mutex::new(vt100::Parser::new(
+            NonZero::new(ROWS).unwrap(),
+            NonZero::new(COLUMNS).unwrap(),
+            0,
+        )));
         let keyboard = File::from(keyboard);
         let (mut output, shown) = (keyboard.try_clone().unwrap(), Arc::clone(&screen));
         thread::spawn(move || {
