@@ -250,7 +250,11 @@ fn a_page_for_prometheus_has_the_histogram_of_every_hop_and_all_counts() {
     let samples = until(Duration::from_secs(30), || {
         let samples = scrape(&address);
         let is_up = |role: &&str| matches!(find(&samples, "tagbus_up", &[("role", role)]), Some(Value::Gauge(up)) if *up == 1.0);
-        ["camera", "detector", "client"].iter().all(|role| is_up(role)).then_some(samples)
+        // A role's first copy may be older than its first frame.
+        let has_counted = |hop: &&str| buckets(&samples, hop).last().is_some_and(|bucket| bucket.count > 0.0);
+        let is_whole = ["camera", "detector", "client"].iter().all(is_up)
+            && ["publish", "detect", "deliver"].iter().all(has_counted);
+        is_whole.then_some(samples)
     });
     for hop in [
         "publish", "receive", "start", "binarize", "cluster", "fit", "identify", "detect", "send", "deliver",
