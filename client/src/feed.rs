@@ -22,12 +22,17 @@ pub(crate) type Shared = ipc_threadsafe::Service;
 const SILENCE: Duration = Duration::from_secs(1);
 /// How long opening a topic again may take within one call.
 const REOPEN: Duration = Duration::from_millis(200);
+/// A connection that stays silent for so long is made anew, and again after twice the time. One that could not be completed in time, on a
+/// starved machine, would be silent for ever.
+const CONNECT_ANEW: Duration = Duration::from_secs(3);
+const CONNECT_ANEW_LATEST: Duration = Duration::from_secs(60);
 
 type Open<T, H> = Box<dyn Fn(&Bus<Shared>, Patience) -> Result<Input<Shared, T, H>, BusError> + Send>;
 
 /// A topic of slices of `T` with a header `H`.
 pub(crate) struct Feed<T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
-    input: Input<Shared, T, H>,
+    /// `None` while the topic is gone that was open.
+    input: Option<Input<Shared, T, H>>,
     open: Open<T, H>,
     set: WaitSet<Shared>,
     stop: Stop,
@@ -35,6 +40,29 @@ pub(crate) struct Feed<T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySen
     limit: usize,
     /// When the last message came, or when the client last looked for the dead.
     looked: Instant,
+    silence: Silence,
+}
+
+/// How long nothing has come, and from when on that may be the connection's fault.
+struct Silence {
+    since: Instant,
+    suspect_after: Duration,
+}
+
+impl Silence {
+    fn new() -> Self {
+        Self { since: Instant::now(), suspect_after: CONNECT_ANEW }
+    }
+
+    /// Whether it is time to make the connection anew; said once, and again after twice the time.
+    fn is_suspect(&mut self) -> bool {
+        let suspect = self.since.elapsed() >= self.suspect_after;
+        if suspect {
+            self.since = Instant::now();
+            self.suspect_after = (2 * self.suspect_after).min(CONNECT_ANEW_LATEST);
+        }
+        suspect
+    }
 }
 
 /// A message of a feed.
@@ -55,9 +83,10 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         let explain = |error| explain(error, options, publisher);
         let bus = Bus::start(&options.domain, &format!("client of {publisher}"), &stop).map_err(explain)?;
         let patience = options.deadline.map_or(Patience::Endless, Patience::AtMost);
-        let input = open(&bus, patience).map_err(explain)?;
+        let input = Some(open(&bus, patience).map_err(explain)?);
         let set = wait_set().map_err(ConnectError::Wait)?;
-        Ok(Self { input, open, set, stop, bus, limit, looked: Instant::now() })
+        let (looked, silence) = (Instant::now(), Silence::new());
+        Ok(Self { input, open, set, stop, bus, limit, looked, silence })
     }
 
     /// The next message in the queue; waits for one. `None` when the time is over or the client was stopped.
@@ -65,7 +94,7 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         let started = Instant::now();
         loop {
             if let Some(message) = self.receive_now()? {
-                self.looked = Instant::now();
+                (self.looked, self.silence) = (Instant::now(), Silence::new());
                 return Ok(Some(message));
             }
             if self.looked.elapsed() >= SILENCE {
@@ -80,7 +109,8 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
 
     /// The newest message in the queue, without waiting.
     pub(crate) fn newest(&mut self) -> Result<Option<Message<T, H>>, ReceiveError> {
-        self.input.newest().map_err(|error| self.explain(&error))
+        let Some(input) = &self.input else { return Ok(None) };
+        input.newest().map_err(|error| self.explain(&error))
     }
 
     /// Whether the client was asked to end.
@@ -94,11 +124,12 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     }
 
     fn receive_now(&self) -> Result<Option<Message<T, H>>, ReceiveError> {
-        self.input.receive().map_err(|error| self.explain(&error))
+        let Some(input) = &self.input else { return Ok(None) };
+        input.receive().map_err(|error| self.explain(&error))
     }
 
     fn wait(&self, timeout: Duration) -> Result<Wake, ReceiveError> {
-        let waiter = Waiter::new(&self.set, &self.stop, Some(self.input.listener()));
+        let waiter = Waiter::new(&self.set, &self.stop, self.input.as_ref().map(Input::listener));
         waiter.and_then(|waiter| waiter.wait(timeout)).map_err(ReceiveError::Wait)
     }
 
@@ -106,13 +137,26 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     fn look_around(&mut self) -> Result<(), ReceiveError> {
         self.looked = Instant::now();
         self.bus.clean_up_dead();
-        if !self.input.is_current() {
-            match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {
-                Ok(input) => self.input = input,
-                // Memory that is full now need not stay so.
-                Err(BusError::Absent { .. } | BusError::NoRoom { .. } | BusError::Stopped) => {}
-                Err(error) => return Err(ReceiveError::Bus(error)),
+        match &mut self.input {
+            Some(input) if input.is_current() => {
+                if self.silence.is_suspect() {
+                    // Without a place for a further subscriber the old connection has to do.
+                    let _ = input.connect_anew();
+                }
+                Ok(())
             }
+            _ => self.open_again(),
+        }
+    }
+
+    fn open_again(&mut self) -> Result<(), ReceiveError> {
+        // The old one first: iceoryx2 keeps one account a node for all topics of one name.
+        self.input = None;
+        match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {
+            Ok(input) => self.input = Some(input),
+            // Memory that is full now need not stay so.
+            Err(BusError::Absent { .. } | BusError::NoRoom { .. } | BusError::Stopped) => {}
+            Err(error) => return Err(ReceiveError::Bus(error)),
         }
         Ok(())
     }

@@ -6,13 +6,15 @@
 //! removes everything.
 
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::{Node, NodeBuilder, NodeName, Service, SignalHandlingMode};
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::prelude::{CallbackProgression, Node, NodeBuilder, NodeName, Service, SignalHandlingMode};
 
 use crate::domain::{Domain, DomainError};
-use crate::gate::Company;
+use crate::gate::{Company, Pass};
 use crate::other_version;
 use crate::qos::QosError;
 use crate::room::{self, MORE_ROOM, SHARED_MEMORY, TO_JOIN};
@@ -25,6 +27,9 @@ const PAUSE: Duration = Duration::from_millis(10);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 /// How long something may be broken or half made: longer than any healing takes.
 const STUCK_AFTER: Duration = Duration::from_secs(10);
+/// How long whoever removes a topic may take for it. After that he is taken for dead: he was killed between saying so and doing so, and
+/// nobody would ever finish it.
+const REMOVED_AFTER: Duration = Duration::from_millis(200);
 /// How long places may be taken after the dead were cleaned up: a process that is killed takes a while to die.
 const CROWDED_AFTER: Duration = Duration::from_secs(1);
 /// How long a topic with other settings may stay: the last who use it may be leaving.
@@ -101,7 +106,7 @@ impl<S: Service> Bus<S> {
                     let place = Place { node: Some(node), domain: domain.clone(), stop: stop.clone() };
                     return Ok(Self { place: Arc::new(place) });
                 }
-                Err(error) => tries.failed(&error)?,
+                Err(error) => drop(tries.failed(&error)?),
             }
         }
     }
@@ -152,12 +157,14 @@ impl<S: Service> Bus<S> {
                 Ok(made) => return Ok(made),
                 Err(error) => error,
             };
+            let lasted =
+                tries.failed(&error).map_err(|error| self.look_for_other_version(error, patience))?;
             match error.verdict() {
                 Verdict::Heal => self.heal()?,
-                Verdict::Crowded | Verdict::Different => drop(self.clean_up_dead()),
-                Verdict::Absent | Verdict::Again | Verdict::Hopeless => {}
+                Verdict::Leaving if lasted >= REMOVED_AFTER => self.heal()?,
+                Verdict::Crowded | Verdict::Different => drop(self.bury()?),
+                Verdict::Leaving | Verdict::Absent | Verdict::Again | Verdict::Hopeless => {}
             }
-            tries.failed(&error).map_err(|error| self.look_for_other_version(error, patience))?;
         }
     }
 
@@ -175,10 +182,42 @@ impl<S: Service> Bus<S> {
     }
 
     fn heal(&self) -> Result<(), BusError> {
-        self.clean_up_dead();
-        let _alone = self.place.domain.enter(Company::Alone)?;
-        sweep::bury(&self.place.domain);
+        let _alone = self.bury()?;
         sweep::heal(&self.place.domain);
+        Ok(())
+    }
+
+    /// Gives back what the dead held. One node that somebody left half made keeps iceoryx2 from cleaning up any other.
+    fn bury(&self) -> Result<Pass, BusError> {
+        self.clean_up_dead();
+        let alone = self.place.domain.enter(Company::Alone)?;
+        sweep::bury(&self.place.domain);
+        Ok(alone)
+    }
+
+    /// Whether one of a topic's places is taken by nobody. Who is killed while he cleans up another can leave a place that has no
+    /// mark any more by which the next one would find it; it stays taken for as long as the topic lives. `holders` are the nodes
+    /// that the topic names, of those that have one of its `places`.
+    pub(crate) fn is_haunted(&self, holders: impl Fn() -> Vec<UniqueNodeId>, places: usize) -> bool {
+        let is_so = || {
+            let (mut known, holders) = (Vec::new(), holders());
+            let listed = Node::<S>::list(self.node().config(), |node| {
+                known.push(*node.node_id());
+                CallbackProgression::Continue
+            });
+            let is_unknown = |holder| !known.contains(holder);
+            listed.is_ok() && (holders.len() < places || holders.iter().any(is_unknown))
+        };
+        // Who just comes or goes is not taken for a ghost.
+        is_so() && !self.stop().wait(2 * PAUSE) && is_so()
+    }
+
+    /// Makes others forget a topic that is of no use any more: the next one who makes it makes a new one. Those who are connected to
+    /// the old one find out when nothing comes from it.
+    pub(crate) fn forget(&self, description: &Path) -> Result<(), BusError> {
+        let _alone = self.place.domain.enter(Company::Alone)?;
+        // That it is gone already is what is wanted.
+        let _ = std::fs::remove_file(description);
         Ok(())
     }
 }
@@ -200,23 +239,19 @@ struct Tries<'a> {
     stop: &'a Stop,
     started: Instant,
     pause: Duration,
-    same: Option<(Verdict, Instant)>,
+    lost: Lost,
 }
 
 impl<'a> Tries<'a> {
     fn new(topic: &'a str, patience: Patience, stop: &'a Stop) -> Self {
-        Self { topic, patience, stop, started: Instant::now(), pause: PAUSE, same: None }
+        Self { topic, patience, stop, started: Instant::now(), pause: PAUSE, lost: Lost::default() }
     }
 
-    /// Sleeps before the next try, or says why there must not be one.
-    fn failed<E: Judge>(&mut self, error: &E) -> Result<(), BusError> {
+    /// Sleeps before the next try, or says why there must not be one. Gives the time that was lost to this kind of error.
+    fn failed<E: Judge>(&mut self, error: &E) -> Result<Duration, BusError> {
         let verdict = error.verdict();
-        let since = match self.same {
-            Some((same, since)) if same == verdict => since,
-            _ => Instant::now(),
-        };
-        self.same = Some((verdict, since));
-        if self.is_over(verdict, since.elapsed()) {
+        self.lost.note(verdict, Instant::now());
+        if self.is_over(verdict) {
             return Err(self.give_up(verdict, error));
         }
         if self.stop.wait(self.pause) {
@@ -226,23 +261,16 @@ impl<'a> Tries<'a> {
             Verdict::Absent => (self.pause * 2).min(LONGEST_PAUSE),
             _ => PAUSE,
         };
-        Ok(())
+        Ok(self.lost.to(verdict))
     }
 
-    fn is_over(&self, verdict: Verdict, lasted: Duration) -> bool {
+    fn is_over(&self, verdict: Verdict) -> bool {
         let out_of_patience = match self.patience {
             Patience::Endless => false,
             Patience::AtMost(limit) => self.started.elapsed() >= limit,
             Patience::IfThere => verdict == Verdict::Absent,
         };
-        out_of_patience
-            || match verdict {
-                Verdict::Absent => false,
-                Verdict::Again | Verdict::Heal => lasted >= STUCK_AFTER,
-                Verdict::Crowded => lasted >= CROWDED_AFTER,
-                Verdict::Different => lasted >= DIFFERENT_AFTER,
-                Verdict::Hopeless => true,
-            }
+        out_of_patience || self.lost.too_much_to(verdict)
     }
 
     fn give_up<E: Judge>(&self, verdict: Verdict, error: &E) -> BusError {
@@ -251,9 +279,61 @@ impl<'a> Tries<'a> {
             Verdict::Absent => BusError::Absent { topic, waited: self.started.elapsed() },
             Verdict::Crowded => BusError::Crowded { topic, reason },
             Verdict::Different => BusError::Different { topic, reason, both: String::new() },
-            Verdict::Again | Verdict::Heal | Verdict::Hopeless => {
+            Verdict::Again | Verdict::Leaving | Verdict::Heal | Verdict::Hopeless => {
                 BusError::Stuck { topic, reason, waited: self.started.elapsed() }
             }
+        }
+    }
+}
+
+/// The time that was lost to each kind of error. Kinds may take turns: none of them begins the time of another anew, or a role could
+/// try for ever. Only where nothing is there at all nothing is broken either.
+#[derive(Debug, Default)]
+struct Lost {
+    /// Half made or coming and going.
+    broken: Duration,
+    /// Being removed.
+    leaving: Duration,
+    crowded: Duration,
+    different: Duration,
+    last: Option<(Verdict, Instant)>,
+}
+
+impl Lost {
+    /// Takes note of a failed try. The time from one to the next is lost to the first.
+    fn note(&mut self, verdict: Verdict, now: Instant) {
+        if let Some((last, since)) = self.last.replace((verdict, now)) {
+            let lost = now.saturating_duration_since(since);
+            match last {
+                Verdict::Again | Verdict::Heal => self.broken += lost,
+                Verdict::Leaving => self.leaving += lost,
+                Verdict::Crowded => self.crowded += lost,
+                Verdict::Different => self.different += lost,
+                Verdict::Absent | Verdict::Hopeless => {}
+            }
+        }
+        if verdict == Verdict::Absent {
+            *self = Self { last: self.last, ..Self::default() };
+        }
+    }
+
+    fn to(&self, verdict: Verdict) -> Duration {
+        match verdict {
+            Verdict::Again | Verdict::Heal => self.broken,
+            Verdict::Leaving => self.leaving,
+            Verdict::Crowded => self.crowded,
+            Verdict::Different => self.different,
+            Verdict::Absent | Verdict::Hopeless => Duration::ZERO,
+        }
+    }
+
+    fn too_much_to(&self, verdict: Verdict) -> bool {
+        match verdict {
+            Verdict::Absent => false,
+            Verdict::Again | Verdict::Leaving | Verdict::Heal => self.broken + self.leaving >= STUCK_AFTER,
+            Verdict::Crowded => self.crowded >= CROWDED_AFTER,
+            Verdict::Different => self.different >= DIFFERENT_AFTER,
+            Verdict::Hopeless => true,
         }
     }
 }
@@ -384,5 +464,34 @@ impl std::error::Error for BusError {
             Self::Qos(error) => Some(error),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How long tries that fail every 100 ms in these ways, one after another and again, go on; `None` for a minute and longer.
+    fn given_up_after(verdicts: &[Verdict]) -> Option<Duration> {
+        let (begin, step) = (Instant::now(), Duration::from_millis(100));
+        let mut lost = Lost::default();
+        (0..600).map(|number| step * number).zip(verdicts.iter().cycle()).find_map(|(after, &verdict)| {
+            lost.note(verdict, begin + after);
+            lost.too_much_to(verdict).then_some(after)
+        })
+    }
+
+    #[test]
+    fn errors_that_take_turns_come_to_an_end_as_one_error_does() {
+        use Verdict::{Absent, Again, Crowded, Different, Heal, Hopeless, Leaving};
+        for verdicts in [&[Again][..], &[Heal], &[Heal, Again], &[Again, Leaving, Heal]] {
+            assert_eq!(given_up_after(verdicts), Some(STUCK_AFTER), "{verdicts:?}");
+        }
+        assert_eq!(given_up_after(&[Crowded]), Some(CROWDED_AFTER));
+        assert_eq!(given_up_after(&[Crowded, Again]), Some(2 * CROWDED_AFTER));
+        assert_eq!(given_up_after(&[Different]), Some(DIFFERENT_AFTER));
+        assert_eq!(given_up_after(&[Hopeless]), Some(Duration::ZERO));
+        assert_eq!(given_up_after(&[Absent]), None);
+        assert_eq!(given_up_after(&[Absent, Again]), None);
     }
 }

@@ -13,6 +13,7 @@ use std::fmt;
 use std::fmt::Debug;
 
 use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::client::Client;
@@ -20,16 +21,24 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{
-    BackpressureStrategy, EventId, MessagingPattern, PortFactory, Service, ServiceName, ZeroCopySend,
+    BackpressureStrategy, CallbackProgression, EventId, MessagingPattern, PortFactory, Service, ServiceName,
+    ZeroCopySend,
 };
 use iceoryx2::service::port_factory::event::PortFactory as EventService;
 use iceoryx2::service::port_factory::request_response::PortFactory as AskService;
+use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
 use crate::bus::{Bus, BusError, Part, Patience};
 use crate::control::{CameraReply, CameraRequest, DetectorReply, DetectorRequest};
-use crate::ports::service_name;
+use crate::description::Description;
+use crate::held::Held;
+use crate::ports::{describe_types, remember, service_name};
 use crate::qos;
+use crate::sweep;
 use crate::topics;
+
+/// One role answers, and one listener wakes it.
+const MAX_SERVERS: usize = 1;
 
 type Round<S, Q, A> = VecDeque<ActiveRequest<S, Q, (), A, ()>>;
 type Services<S, Q, A> = (AskService<S, Q, (), A, ()>, EventService<S>);
@@ -43,9 +52,7 @@ pub struct ControlServer<
 > {
     /// Requests of this round that were not handled yet. While one of a client is here, no further one is taken of it.
     round: RefCell<Round<S, Q, A>>,
-    server: Server<S, Q, (), A, ()>,
-    listener: Listener<S>,
-    _services: Services<S, Q, A>,
+    held: Held<(Server<S, Q, (), A, ()>, Listener<S>, Services<S, Q, A>)>,
     _bus: Bus<S>,
 }
 
@@ -56,9 +63,7 @@ pub struct ControlClient<
     Q: Debug + Copy + ZeroCopySend + 'static,
     A: Debug + Copy + ZeroCopySend + 'static,
 > {
-    client: Client<S, Q, (), A, ()>,
-    notifier: Notifier<S>,
-    services: Services<S, Q, A>,
+    held: Held<(Client<S, Q, (), A, ()>, Notifier<S>, Services<S, Q, A>)>,
     bus: Bus<S>,
 }
 
@@ -91,7 +96,7 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
     fn begin_round(&self, round: &mut Round<S, Q, A>) -> Result<(), ReceiveError> {
         // Requests that nobody waits for any more count too: a client that only sends must not keep this loop busy.
         for _ in 0..2 * qos::MAX_CONTROL_CLIENTS {
-            match self.server.receive() {
+            match self.held.get().0.receive() {
                 Ok(Some(active)) if active.is_connected() => round.push_back(active),
                 Ok(Some(_given_up)) => {}
                 Ok(None) | Err(ReceiveError::ExceedsMaxBorrows) => break,
@@ -105,7 +110,7 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
     /// What wakes when somebody asks.
     #[must_use]
     pub fn listener(&self) -> &Listener<S> {
-        &self.listener
+        &self.held.get().1
     }
 }
 
@@ -125,30 +130,24 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
 impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> ControlClient<S, Q, A> {
     /// Sends a request and wakes the server.
     pub fn ask(&self, request: &Q) -> Result<Pending<S, Q, A>, AskError> {
-        let pending = self.client.send_copy(*request).map_err(|error| AskError::broken(&error))?;
+        let pending = self.held.get().0.send_copy(*request).map_err(|error| AskError::broken(&error))?;
         if pending.number_of_server_connections() == 0 {
             return Err(AskError::Nobody);
         }
-        self.notifier.notify().map_err(|error| AskError::broken(&error))?;
+        self.held.get().1.notify().map_err(|error| AskError::broken(&error))?;
         Ok(Pending { pending })
     }
 
     /// Whether there is a server. One that was killed counts until its remains are cleaned up.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        self.services.0.dynamic_config().number_of_servers() > 0
+        self.held.get().2.0.dynamic_config().number_of_servers() > 0
     }
 
     /// Whether the topic of this name is still the one that was opened; see [`crate::ports::Input::is_current`].
     #[must_use]
     pub fn is_current(&self) -> bool {
-        let ask = &self.services.0;
-        match S::details(ask.name(), self.bus.node().config(), MessagingPattern::RequestResponse) {
-            Ok(Some(there)) => there.static_details.unique_service_id() == ask.unique_service_id(),
-            Ok(None) => false,
-            // Half made or not to be read now: the next time tells.
-            Err(_) => true,
-        }
+        self.held.is_current()
     }
 
     /// The place on the bus that the topic was opened from.
@@ -231,15 +230,30 @@ impl<S: Service> Bus<S> {
         Q: Debug + Copy + ZeroCopySend,
         A: Debug + Copy + ZeroCopySend,
     {
+        loop {
+            if let Some(server) = self.try_control_server(topic)? {
+                return Ok(server);
+            }
+        }
+    }
+
+    /// `None` when the topic had to be forgotten, because a place of which it has one is taken by nobody.
+    fn try_control_server<Q, A>(&self, topic: &str) -> Result<Option<ControlServer<S, Q, A>>, BusError>
+    where
+        Q: Debug + Copy + ZeroCopySend,
+        A: Debug + Copy + ZeroCopySend,
+    {
         let name = service_name(topic)?;
         let (produce, patience) = (Part::Producer, Patience::Endless);
-        let ask = self.persist(topic, produce, patience, || self.control_service(&name))?;
+        let ask = self
+            .persist(topic, produce, patience, || self.control_service(&name))
+            .map_err(|error| explain::<S, Q, A>(self, error, &name))?;
         let events = self.persist(topic, produce, patience, || {
             self.node()
                 .service_builder(&name)
                 .event()
                 .max_nodes(qos::MAX_NODES)
-                .max_listeners(1)
+                .max_listeners(MAX_SERVERS)
                 .max_notifiers(qos::MAX_CONTROL_CLIENTS)
                 .event_id_max_value(qos::EVENT_MAX)
                 .open_or_create()
@@ -249,10 +263,26 @@ impl<S: Service> Bus<S> {
                 .max_loaned_responses_per_request(1)
                 .backpressure_strategy(BackpressureStrategy::DiscardData)
                 .create()
-        })?;
-        let listener = self.persist(topic, produce, patience, || events.listener_builder().create())?;
+        });
+        let server = match server {
+            Err(BusError::Crowded { .. }) if self.is_haunted(|| servers_of(&ask), MAX_SERVERS) => {
+                self.forget(&sweep::description_of(self.domain(), ask.service_hash().as_str()))?;
+                return Ok(None);
+            }
+            made => made?,
+        };
+        let listener = self.persist(topic, produce, patience, || events.listener_builder().create());
+        let listener = match listener {
+            Err(BusError::Crowded { .. }) if self.is_haunted(|| listeners_of(&events), MAX_SERVERS) => {
+                self.forget(&sweep::description_of(self.domain(), events.service_hash().as_str()))?;
+                return Ok(None);
+            }
+            made => made?,
+        };
         let round = RefCell::new(VecDeque::with_capacity(2 * qos::MAX_CONTROL_CLIENTS));
-        Ok(ControlServer { round, server, listener, _services: (ask, events), _bus: self.clone() })
+        let described = described(&ask, &events, self);
+        let held = Held::new((server, listener, (ask, events)), described, self.domain());
+        Ok(Some(ControlServer { round, held, _bus: self.clone() }))
     }
 
     /// Fire and forget stays on, because with it iceoryx2 hands over every request, also one that nobody waits for any
@@ -272,7 +302,7 @@ impl<S: Service> Bus<S> {
             .service_builder(name)
             .request_response::<Q, A>()
             .max_nodes(qos::MAX_NODES)
-            .max_servers(1)
+            .max_servers(MAX_SERVERS)
             .max_clients(qos::MAX_CONTROL_CLIENTS)
             .max_active_requests_per_client(1)
             .max_loaned_requests(1)
@@ -295,9 +325,11 @@ impl<S: Service> Bus<S> {
     {
         let name = service_name(topic)?;
         let consume = Part::Consumer;
-        let ask = self.persist(topic, consume, patience, || {
-            self.node().service_builder(&name).request_response::<Q, A>().open()
-        })?;
+        let ask = self
+            .persist(topic, consume, patience, || {
+                self.node().service_builder(&name).request_response::<Q, A>().open()
+            })
+            .map_err(|error| explain::<S, Q, A>(self, error, &name))?;
         let events =
             self.persist(topic, consume, patience, || self.node().service_builder(&name).event().open())?;
         let client = self.persist(topic, consume, patience, || {
@@ -306,8 +338,64 @@ impl<S: Service> Bus<S> {
         let notifier = self.persist(topic, consume, patience, || {
             events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
         })?;
-        Ok(ControlClient { client, notifier, services: (ask, events), bus: self.clone() })
+        let described = described(&ask, &events, self);
+        let held = Held::new((client, notifier, (ask, events)), described, self.domain());
+        Ok(ControlClient { held, bus: self.clone() })
     }
+}
+
+fn described<S: Service, Q, A>(
+    ask: &AskService<S, Q, (), A, ()>,
+    events: &EventService<S>,
+    bus: &Bus<S>,
+) -> [Description; 2]
+where
+    Q: Debug + Copy + ZeroCopySend,
+    A: Debug + Copy + ZeroCopySend,
+{
+    [remember(ask, MessagingPattern::RequestResponse, bus), remember(events, MessagingPattern::Event, bus)]
+}
+
+/// Nodes of the servers that a topic names.
+fn servers_of<S: Service, Q, A>(ask: &AskService<S, Q, (), A, ()>) -> Vec<UniqueNodeId>
+where
+    Q: Debug + Copy + ZeroCopySend,
+    A: Debug + Copy + ZeroCopySend,
+{
+    let mut nodes = Vec::new();
+    ask.dynamic_config().list_servers(|server| {
+        nodes.push(server.node_id);
+        CallbackProgression::Continue
+    });
+    nodes
+}
+
+/// Nodes of the listeners that a topic names.
+fn listeners_of<S: Service>(events: &EventService<S>) -> Vec<UniqueNodeId> {
+    let mut nodes = Vec::new();
+    events.dynamic_config().list_listeners(|listener| {
+        nodes.push(listener.node_id);
+        CallbackProgression::Continue
+    });
+    nodes
+}
+
+/// Adds both sides of a difference of layouts, whose names hold their versions.
+fn explain<S: Service, Q, A>(bus: &Bus<S>, error: BusError, name: &ServiceName) -> BusError
+where
+    Q: Debug + Copy + ZeroCopySend,
+    A: Debug + Copy + ZeroCopySend,
+{
+    let BusError::Different { topic, reason, .. } = error else { return error };
+    let here = [TypeDetail::new::<Q>(TypeVariant::FixedSize), TypeDetail::new::<A>(TypeVariant::FixedSize)];
+    let there = S::details(name, bus.node().config(), MessagingPattern::RequestResponse);
+    let there = there.ok().flatten().map(|details| {
+        let of = details.static_details.request_response();
+        let types = [of.request_message_type_details().payload, of.response_message_type_details().payload];
+        format!("; there: {}", describe_types(&types))
+    });
+    let both = format!("; here: {}{}", describe_types(&here), there.unwrap_or_default());
+    BusError::Different { topic, reason, both }
 }
 
 /// The place of the one server is taken: by whom, in words that help.

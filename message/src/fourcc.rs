@@ -1,6 +1,7 @@
 //! Pixel formats by their V4L2 four-character code, and where their luma lies.
 
 use std::fmt;
+use std::ops::Deref;
 
 /// A pixel format: four ASCII letters, the first in the lowest byte, as V4L2 writes it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -30,6 +31,32 @@ pub struct PlaneShape {
     pub rows: usize,
 }
 
+/// The planes of one picture in order, without a list on the heap: they are asked for with every frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneShapes {
+    all: [PlaneShape; PlaneShapes::MOST],
+    count: usize,
+}
+
+impl PlaneShapes {
+    /// Planes that a format can have.
+    const MOST: usize = 3;
+
+    fn of<const COUNT: usize>(planes: [PlaneShape; COUNT]) -> Self {
+        let mut all = [PlaneShape { row_bytes: 0, rows: 0 }; Self::MOST];
+        all[..COUNT].copy_from_slice(&planes);
+        Self { all, count: COUNT }
+    }
+}
+
+impl Deref for PlaneShapes {
+    type Target = [PlaneShape];
+
+    fn deref(&self) -> &[PlaneShape] {
+        &self.all[..self.count]
+    }
+}
+
 impl Fourcc {
     /// The code of four letters.
     #[must_use]
@@ -39,17 +66,20 @@ impl Fourcc {
 
     /// The planes of a raw picture of this format in order; `None` for a format that is not raw or not known.
     #[must_use]
-    pub fn planes(self, width: usize, height: usize) -> Option<Vec<PlaneShape>> {
+    pub fn planes(self, width: usize, height: usize) -> Option<PlaneShapes> {
         let luma = PlaneShape { row_bytes: width, rows: height };
         let (half_width, half_height) = (width.div_ceil(2), height.div_ceil(2));
         match self {
-            GREY => Some(vec![luma]),
-            NV12 | NV21 => Some(vec![luma, PlaneShape { row_bytes: 2 * half_width, rows: half_height }]),
+            GREY => Some(PlaneShapes::of([luma])),
+            NV12 | NV21 => {
+                let chroma = PlaneShape { row_bytes: 2 * half_width, rows: half_height };
+                Some(PlaneShapes::of([luma, chroma]))
+            }
             YU12 => {
                 let chroma = PlaneShape { row_bytes: half_width, rows: half_height };
-                Some(vec![luma, chroma, chroma])
+                Some(PlaneShapes::of([luma, chroma, chroma]))
             }
-            YUYV | UYVY => Some(vec![PlaneShape { row_bytes: 4 * half_width, rows: height }]),
+            YUYV | UYVY => Some(PlaneShapes::of([PlaneShape { row_bytes: 4 * half_width, rows: height }])),
             _ => None,
         }
     }

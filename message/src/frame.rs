@@ -150,7 +150,7 @@ impl FrameHeader {
         let shapes = fourcc.planes(width as usize, height as usize).ok_or(HeaderError::Format(fourcc))?;
         let mut planes = [Plane::default(); MAX_PLANES];
         let mut end = 0;
-        for (plane, shape) in planes.iter_mut().zip(&shapes) {
+        for (plane, shape) in planes.iter_mut().zip(shapes.iter()) {
             *plane = Plane { offset: end, stride: shape.row_bytes as u32 };
             end += (shape.row_bytes * shape.rows) as u32;
         }
@@ -215,7 +215,7 @@ impl FrameHeader {
         if usize::from(self.plane_count) != shapes.len() {
             return Err(HeaderError::Planes { seen: self.plane_count, needed: shapes.len() });
         }
-        for (number, (plane, shape)) in self.planes.iter().zip(&shapes).enumerate() {
+        for (number, (plane, shape)) in self.planes.iter().zip(shapes.iter()).enumerate() {
             if (plane.stride as usize) < shape.row_bytes {
                 return Err(HeaderError::Stride {
                     plane: number,

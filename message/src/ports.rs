@@ -2,11 +2,12 @@
 //!
 //! A topic with an event is a publish-subscribe service and an event service of one name: send first, then notify.
 //! Ports are dropped before their services and those before the node, in the order of the fields: what is left is then
-//! removed by whoever is last.
+//! removed by whoever is last ([`Held`]).
 
 use std::fmt::Debug;
 use std::path::PathBuf;
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::{Notifier, NotifierNotifyError};
@@ -15,7 +16,8 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::port::{ReceiveError, SendError};
 use iceoryx2::prelude::{
-    BackpressureStrategy, EventId, MessagingPattern, PortFactory, Service, ServiceName, ZeroCopySend,
+    BackpressureStrategy, CallbackProgression, EventId, MessagingPattern, PortFactory, Service, ServiceName,
+    ZeroCopySend,
 };
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::event::PortFactory as EventService;
@@ -23,18 +25,23 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory as DataServi
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
 use crate::bus::{Bus, BusError, Part, Patience};
+use crate::description::Description;
 use crate::detection::{DetectionsHeader, TagDetection};
 use crate::frame::FrameHeader;
+use crate::held::Held;
 use crate::info::CameraInfo;
 use crate::qos::{self, Reserved, TopicQos};
 use crate::sweep;
 use crate::topics;
 
+/// A topic has one publisher.
+const MAX_PUBLISHERS: usize = 1;
+
 /// States a quality of service on one of iceoryx2's builders, whose types differ with payload and header.
 macro_rules! with_qos {
     ($builder:expr, $qos:expr) => {
         $builder
-            .max_publishers(1)
+            .max_publishers(MAX_PUBLISHERS)
             .max_nodes(qos::MAX_NODES)
             .max_subscribers($qos.subscribers)
             .subscriber_max_buffer_size($qos.buffer)
@@ -48,22 +55,37 @@ macro_rules! with_qos {
 #[derive(Debug)]
 pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Default + ZeroCopySend + 'static>
 {
-    publisher: Publisher<S, [T], H>,
-    notifier: Notifier<S>,
-    services: (DataService<S, [T], H>, EventService<S>),
+    held: Held<Sending<S, T, H>>,
     reserved: Reserved,
     /// The file of the publisher's chunks, where it was found.
     memory: Option<PathBuf>,
     bus: Bus<S>,
 }
 
+/// What an [`Output`] holds.
+#[derive(Debug)]
+struct Sending<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Default + ZeroCopySend + 'static> {
+    publisher: Publisher<S, [T], H>,
+    notifier: Notifier<S>,
+    data: DataService<S, [T], H>,
+    _events: EventService<S>,
+}
+
 /// A topic of slices of `T` with a header `H`, seen from one of its subscribers.
 #[derive(Debug)]
 pub struct Input<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
+    held: Held<Receiving<S, T, H>>,
+    buffer: usize,
+    bus: Bus<S>,
+}
+
+/// What an [`Input`] holds.
+#[derive(Debug)]
+struct Receiving<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
     subscriber: Subscriber<S, [T], H>,
     listener: Listener<S>,
-    services: (DataService<S, [T], H>, EventService<S>),
-    bus: Bus<S>,
+    data: DataService<S, [T], H>,
+    _events: EventService<S>,
 }
 
 /// The frames topic of a camera.
@@ -79,18 +101,18 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     /// Where messages are loaned.
     #[must_use]
     pub fn publisher(&self) -> &Publisher<S, [T], H> {
-        &self.publisher
+        &self.held.get().publisher
     }
 
     /// Wakes every subscriber that waits. To be called after sending.
     pub fn notify(&self) -> Result<usize, NotifierNotifyError> {
-        self.notifier.notify()
+        self.held.get().notifier.notify()
     }
 
     /// Subscribers of the topic; one that died counts until somebody cleans up.
     #[must_use]
     pub fn subscribers(&self) -> usize {
-        self.services.0.dynamic_config().number_of_subscribers()
+        self.held.get().data.dynamic_config().number_of_subscribers()
     }
 
     /// Memory that the publisher has reserved.
@@ -106,10 +128,10 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     }
 
     /// Whether those who come can still find the topic and its memory. They cannot when somebody removed its files by force: those who
-    /// are connected go on, and only making the topic anew helps the others. To be asked about once a second: it reads files.
+    /// are connected go on, and only making the topic anew helps the others. To be asked about once a second: it makes two system calls.
     #[must_use]
     pub fn is_in_place(&self) -> bool {
-        self.memory.as_ref().is_none_or(|file| file.exists()) && is_current(&self.services.0, &self.bus)
+        self.memory.as_ref().is_none_or(|file| file.exists()) && self.held.is_current()
     }
 
     /// The place on the bus that the topic was made from.
@@ -122,31 +144,45 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
 impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H> {
     /// The next message in the queue, without waiting.
     pub fn receive(&self) -> Result<Option<Sample<S, [T], H>>, ReceiveError> {
-        self.subscriber.receive()
+        self.held.get().subscriber.receive()
     }
 
     /// The newest message in the queue, without waiting. Older ones are given back one by one, so that never more than
     /// one is held.
     pub fn newest(&self) -> Result<Option<Sample<S, [T], H>>, ReceiveError> {
-        let mut newest = self.subscriber.receive()?;
-        while newest.is_some() && self.subscriber.has_samples().map_err(ReceiveError::ConnectionFailure)? {
+        let subscriber = &self.held.get().subscriber;
+        let mut newest = subscriber.receive()?;
+        while newest.is_some() && subscriber.has_samples().map_err(ReceiveError::ConnectionFailure)? {
             drop(newest.take());
-            newest = self.subscriber.receive()?;
+            newest = subscriber.receive()?;
         }
         Ok(newest)
     }
 
     /// Whether the topic of this name is still the one that was opened. It is not when somebody removed its files by
-    /// force; then it has to be opened again. To be asked when a deadline was missed.
+    /// force; then it has to be opened again. To be asked when a deadline was missed; it makes one system call.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        is_current(&self.services.0, &self.bus)
+        self.held.is_current()
+    }
+
+    /// Gives up the connection to the publisher for a new one. A publisher and a subscriber of which one could not
+    /// complete it in time, on a starved machine, never try again: so a silence may be that of a connection and not of
+    /// the publisher. What was sent before does not come again.
+    pub fn connect_anew(&mut self) -> Result<(), BusError> {
+        let data = &self.held.get().data;
+        let topic = data.name().as_str().to_owned();
+        let connected = self.bus.persist(&topic, Part::Consumer, Patience::IfThere, || {
+            data.subscriber_builder().buffer_size(self.buffer).history_request(0).create()
+        });
+        self.held.get_mut().subscriber = connected?;
+        Ok(())
     }
 
     /// What wakes when a message was sent.
     #[must_use]
     pub fn listener(&self) -> &Listener<S> {
-        &self.listener
+        &self.held.get().listener
     }
 
     /// The place on the bus that the topic was opened from.
@@ -156,45 +192,45 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
     }
 }
 
-/// Whether the topic of this name is still this one.
-fn is_current<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend>(
-    data: &DataService<S, [T], H>,
+/// The description of a topic that was just opened.
+pub(crate) fn remember<S: Service, F: PortFactory>(
+    service: &F,
+    pattern: MessagingPattern,
     bus: &Bus<S>,
-) -> bool {
-    match S::details(data.name(), bus.node().config(), MessagingPattern::PublishSubscribe) {
-        Ok(Some(there)) => there.static_details.unique_service_id() == data.unique_service_id(),
+) -> Description {
+    let path = sweep::description_of(bus.domain(), service.service_hash().as_str());
+    Description::remember(path, || match S::details(service.name(), bus.node().config(), pattern) {
+        Ok(Some(there)) => there.static_details.unique_service_id() == service.unique_service_id(),
         Ok(None) => false,
         // Half made or not to be read now: who asks again will be told.
         Err(_) => true,
-    }
+    })
 }
 
 /// The info topic of a camera. It has no event: whoever wants to know looks.
 #[derive(Debug)]
 pub struct InfoOut<S: Service> {
-    publisher: Publisher<S, CameraInfo, ()>,
-    _service: DataService<S, CameraInfo, ()>,
+    held: Held<(Publisher<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>)>,
     _bus: Bus<S>,
 }
 
 impl<S: Service> InfoOut<S> {
     /// Publishes a change.
     pub fn publish(&self, info: &CameraInfo) -> Result<usize, SendError> {
-        self.publisher.send_copy(*info)
+        self.held.get().0.send_copy(*info)
     }
 
     /// Hands the last information to subscribers that came after it. To be called about once a second.
     pub fn greet_late_subscribers(&self) {
         // A subscriber that cannot be reached is dying or gone; it is tried again with the next call.
-        let _ = self.publisher.update_connections();
+        let _ = self.held.get().0.update_connections();
     }
 }
 
 /// The info topic of anybody else.
 #[derive(Debug)]
 pub struct InfoIn<S: Service> {
-    subscriber: Subscriber<S, CameraInfo, ()>,
-    _service: DataService<S, CameraInfo, ()>,
+    held: Held<(Subscriber<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>)>,
     _bus: Bus<S>,
 }
 
@@ -202,7 +238,7 @@ impl<S: Service> InfoIn<S> {
     /// The newest information that has come since the last call.
     pub fn newest(&self) -> Result<Option<CameraInfo>, ReceiveError> {
         let mut newest = None;
-        while let Some(sample) = self.subscriber.receive()? {
+        while let Some(sample) = self.held.get().0.receive()? {
             newest = Some(*sample);
         }
         Ok(newest)
@@ -274,7 +310,8 @@ impl<S: Service> Bus<S> {
                     .create()
             })
             .map_err(|error| self.name_the_other(error, "camera", camera))?;
-        Ok(InfoOut { publisher, _service: service, _bus: self.clone() })
+        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
+        Ok(InfoOut { held: Held::new((publisher, service), described, self.domain()), _bus: self.clone() })
     }
 
     /// Opens a camera's info topic.
@@ -286,7 +323,8 @@ impl<S: Service> Bus<S> {
         })?;
         let subscriber =
             self.persist(&topic, Part::Consumer, patience, || service.subscriber_builder().create())?;
-        Ok(InfoIn { subscriber, _service: service, _bus: self.clone() })
+        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
+        Ok(InfoIn { held: Held::new((subscriber, service), described, self.domain()), _bus: self.clone() })
     }
 
     fn output<T, H>(
@@ -296,6 +334,25 @@ impl<S: Service> Bus<S> {
         slice_len: usize,
         reserved: Reserved,
     ) -> Result<Output<S, T, H>, BusError>
+    where
+        T: Debug + ZeroCopySend,
+        H: Debug + Default + ZeroCopySend,
+    {
+        loop {
+            if let Some(output) = self.try_output(topic, qos, slice_len, reserved)? {
+                return Ok(output);
+            }
+        }
+    }
+
+    /// `None` when the topic had to be forgotten, because its one place for a publisher is taken by nobody.
+    fn try_output<T, H>(
+        &self,
+        topic: &str,
+        qos: &TopicQos,
+        slice_len: usize,
+        reserved: Reserved,
+    ) -> Result<Option<Output<S, T, H>>, BusError>
     where
         T: Debug + ZeroCopySend,
         H: Debug + Default + ZeroCopySend,
@@ -322,18 +379,29 @@ impl<S: Service> Bus<S> {
                 .notifier_dead_event(EventId::new(qos::EVENT_PRODUCER_DIED))
                 .open_or_create()
         })?;
+        let description = remember(&data, MessagingPattern::PublishSubscribe, self);
         let publisher = self.persist(topic, produce, Patience::Endless, || {
             data.publisher_builder()
                 .initial_max_slice_len(slice_len)
                 .max_loaned_samples(qos.loans)
                 .backpressure_strategy(BackpressureStrategy::DiscardData)
                 .create()
-        })?;
+        });
+        let publisher = match publisher {
+            Err(BusError::Crowded { .. }) if self.is_haunted(|| publishers_of(&data), MAX_PUBLISHERS) => {
+                self.forget(description.path())?;
+                return Ok(None);
+            }
+            made => made?,
+        };
         let notifier = self.persist(topic, produce, Patience::Endless, || {
             events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
         })?;
         let memory = sweep::file_of(self.domain(), &format!("_{}.data", publisher.id().value()));
-        Ok(Output { publisher, notifier, services: (data, events), reserved, memory, bus: self.clone() })
+        let described = [description, remember(&events, MessagingPattern::Event, self)];
+        let sending = Sending { publisher, notifier, data, _events: events };
+        let held = Held::new(sending, described, self.domain());
+        Ok(Some(Output { held, reserved, memory, bus: self.clone() }))
     }
 
     fn input<T, H>(&self, topic: &str, buffer: usize, patience: Patience) -> Result<Input<S, T, H>, BusError>
@@ -352,7 +420,13 @@ impl<S: Service> Bus<S> {
         let subscriber = self
             .persist(topic, consume, patience, || data.subscriber_builder().buffer_size(buffer).create())?;
         let listener = self.persist(topic, consume, patience, || events.listener_builder().create())?;
-        Ok(Input { subscriber, listener, services: (data, events), bus: self.clone() })
+        let described = [
+            remember(&data, MessagingPattern::PublishSubscribe, self),
+            remember(&events, MessagingPattern::Event, self),
+        ];
+        let receiving = Receiving { subscriber, listener, data, _events: events };
+        let held = Held::new(receiving, described, self.domain());
+        Ok(Input { held, buffer, bus: self.clone() })
     }
 
     /// The place of the one publisher is taken: by whom, in words that help.
@@ -407,8 +481,20 @@ impl<S: Service> Bus<S> {
     }
 }
 
+/// Nodes of the publishers that a topic names.
+fn publishers_of<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend>(
+    data: &DataService<S, [T], H>,
+) -> Vec<UniqueNodeId> {
+    let mut nodes = Vec::new();
+    data.dynamic_config().list_publishers(|publisher| {
+        nodes.push(publisher.node_id);
+        CallbackProgression::Continue
+    });
+    nodes
+}
+
 /// Payload and header as "u8 of 1 bytes with tagbus.FrameHeader.v1 of 160 bytes".
-fn describe_types(types: &[TypeDetail; 2]) -> String {
+pub(crate) fn describe_types(types: &[TypeDetail; 2]) -> String {
     let [payload, header] = types.each_ref().map(|of| format!("{} of {} bytes", of.type_name(), of.size()));
     format!("{payload} with {header}")
 }

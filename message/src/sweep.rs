@@ -24,6 +24,8 @@ const NODES: &str = "nodes";
 const BLOCK: u64 = 512;
 /// Owner may write: iceoryx2 takes this bit away when a topic's description is complete.
 const OWNER_WRITE: u32 = 0o200;
+/// Owner may read: iceoryx2 adds this bit when a node's monitor is complete.
+const OWNER_READ: u32 = 0o400;
 
 /// Whether a role of the domain lives. What cannot be judged counts as living: then nothing is removed.
 pub(crate) fn has_living_nodes(domain: &Domain) -> bool {
@@ -114,8 +116,15 @@ pub(crate) fn bytes_in_use(file: &Path) -> Option<u64> {
     Some(fs::metadata(file).ok()?.blocks() * BLOCK)
 }
 
+/// The file that describes the topic of this hash.
+pub(crate) fn description_of(domain: &Domain, hash: &str) -> PathBuf {
+    domain.root().join(SERVICES).join(format!("{}{hash}.service", domain.prefix()))
+}
+
 /// Removes descriptions of topics that nobody will ever complete or use, which iceoryx2 does not do by itself:
-/// a creator that is killed leaves one that can be written still, and everybody who opens it waits for ever.
+///
+/// * A creator that is killed leaves one that can be written still, and everybody who opens it waits for ever.
+/// * The last user that is killed between marking the topic for removal and removing it leaves one that nobody can open.
 ///
 /// The caller is alone at the gate, so no role of ours is making a topic. A description that is younger than iceoryx2's
 /// own patience may be in work by a foreign program.
@@ -123,12 +132,16 @@ pub(crate) fn heal(domain: &Domain) {
     for entry in entries(&domain.root().join(SERVICES)) {
         let Ok(metadata) = entry.metadata() else { continue };
         let incomplete = metadata.mode() & OWNER_WRITE != 0;
-        if is_of(domain, &entry.file_name())
-            && age(&metadata) >= qos::CREATION_TIMEOUT
-            && (incomplete
-                || !is_tagged(domain, &entry.file_name())
-                || lost_its_memory(domain, &entry.path()))
-        {
+        if !is_of(domain, &entry.file_name()) || age(&metadata) < qos::CREATION_TIMEOUT {
+            continue;
+        }
+        let memory = memory_of(domain, &entry.path());
+        if incomplete || !is_tagged(domain, &entry.file_name()) {
+            // Nobody has it open.
+            let _ = memory.flatten().map(fs::remove_file);
+            let _ = fs::remove_file(entry.path());
+        } else if memory == Some(None) {
+            // It was removed from shared memory by force: nobody can open that topic any more.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -141,13 +154,13 @@ pub(crate) fn descriptions(domain: &Domain) -> Vec<String> {
     own.filter_map(|entry| fs::read_to_string(entry.path()).ok()).collect()
 }
 
-/// Whether what a complete description stands for was removed from shared memory by force: nobody can open that topic any more.
-fn lost_its_memory(domain: &Domain, description: &Path) -> bool {
-    let number = fs::read_to_string(description).ok().and_then(|text| number_of(&text));
-    number.is_some_and(|number| {
-        let end = format!("_{number}.dynamic");
-        shared_memory_of(domain).is_ok_and(|names| !names.iter().any(|name| name.ends_with(&end)))
-    })
+/// The file in shared memory that a complete description stands for, if it is there; `None` when the description or shared memory cannot
+/// be read.
+fn memory_of(domain: &Domain, description: &Path) -> Option<Option<PathBuf>> {
+    let number = number_of(&fs::read_to_string(description).ok()?)?;
+    let end = format!("_{number}.dynamic");
+    let file = shared_memory_of(domain).ok()?.into_iter().find(|name| name.ends_with(&end));
+    Some(file.map(|name| Path::new(SHARED_MEMORY).join(name)))
 }
 
 /// The number of a topic in the names of its files: the two parts of its `unique_service_id`.
@@ -164,7 +177,8 @@ const MONITOR_ENDS: [&str; 3] = ["node_monitor", "node_monitor_context", "node_m
 
 /// Removes what is left of nodes that iceoryx2 never cleans up, and makes it able to clean up others:
 ///
-/// * Who is killed between the first and the last file of its monitor, or cleaning up another, leaves files that make no node.
+/// * Who is killed between the first and the last file of its monitor, before the last of them is complete, or cleaning up another,
+///   leaves files that make no node.
 /// * Who is killed while it writes a tag leaves one that is not complete. iceoryx2 does not list it, so it cannot empty the node's
 ///   directory; when it fails to remove that, the node's details are gone already, and without them nobody tries again.
 ///
@@ -175,7 +189,7 @@ pub(crate) fn bury(domain: &Domain) {
     for number in node_numbers(domain, &nodes) {
         let monitor = monitor_files(domain, &nodes, &number);
         let settled = monitor.iter().chain([&nodes.join(&number)]).all(|path| is_settled(path));
-        if settled && !monitor.iter().all(|path| path.exists()) {
+        if settled && !makes_a_node(&monitor) {
             remove_node(domain, &nodes, &number);
         }
     }
@@ -276,6 +290,14 @@ fn node_numbers(domain: &Domain, nodes: &Path) -> BTreeSet<String> {
     entries(nodes).filter_map(number).collect()
 }
 
+/// Whether all files of a monitor are there, and complete: of the second nobody may read until then, and iceoryx2 takes such a node for
+/// one that is starting.
+fn makes_a_node(monitor: &[PathBuf; 3]) -> bool {
+    let is_readable =
+        |path: &PathBuf| path.symlink_metadata().is_ok_and(|metadata| metadata.mode() & OWNER_READ != 0);
+    monitor.iter().all(|path| path.exists()) && is_readable(&monitor[1])
+}
+
 fn monitor_files(domain: &Domain, nodes: &Path, number: &str) -> [PathBuf; 3] {
     MONITOR_ENDS.map(|end| nodes.join(format!("{}{number}.{end}", domain.prefix())))
 }
@@ -358,7 +380,7 @@ mod tests {
     }
 
     fn old_description(domain: &Domain, hash: &str, mode: u32) -> std::path::PathBuf {
-        let path = domain.root().join(SERVICES).join(format!("{}{hash}.service", domain.prefix()));
+        let path = description_of(domain, hash);
         let file = fs::File::create(&path).unwrap();
         file.set_modified(SystemTime::now() - Duration::from_secs(3)).unwrap();
         file.set_permissions(fs::Permissions::from_mode(mode)).unwrap();
@@ -373,7 +395,7 @@ mod tests {
         let used = old_description(&domain, "cc", 0o400);
         let tag = format!("{}cc.service_tag", domain.prefix());
         fs::write(domain.root().join(NODES).join("123").join(tag), "").unwrap();
-        let young = domain.root().join(SERVICES).join(format!("{}dd.service", domain.prefix()));
+        let young = description_of(&domain, "dd");
         let file = fs::File::create(&young).unwrap();
         file.set_modified(SystemTime::now() + Duration::from_secs(60)).unwrap();
         heal(&domain);
@@ -383,26 +405,32 @@ mod tests {
     }
 
     #[test]
-    fn a_description_is_healed_away_when_its_memory_was_removed() {
+    fn a_description_is_healed_away_when_its_memory_was_removed_and_memory_when_nobody_has_it_open() {
         let domain = domain("lost");
-        let describe = |hash: &str, value: u64| {
-            let path = domain.root().join(SERVICES).join(format!("{}{hash}.service", domain.prefix()));
+        let describe = |hash: &str, value: u64, tag: &str| {
+            let path = description_of(&domain, hash);
             fs::write(&path, format!("[unique_service_id]\npayload_value = {value}\nunique_value = 1\n"))
                 .unwrap();
             let file = fs::File::open(&path).unwrap();
             file.set_modified(SystemTime::now() - Duration::from_secs(3)).unwrap();
             file.set_permissions(fs::Permissions::from_mode(0o400)).unwrap();
-            let tag = format!("{}{hash}.service_tag", domain.prefix());
+            let tag = format!("{}{hash}.{tag}", domain.prefix());
             fs::write(domain.root().join(NODES).join("123").join(tag), "").unwrap();
             path
         };
-        let (kept, lost) = (describe("aa", 5), describe("bb", 6));
-        let memory = format!("{}ff_{}.dynamic", domain.prefix(), (1u128 << 64) + 5);
-        let memory = Path::new(SHARED_MEMORY).join(memory);
-        fs::write(&memory, "x").unwrap();
+        let tag = "service_tag";
+        let [kept, lost, unused] =
+            [describe("aa", 5, tag), describe("bb", 6, tag), describe("cc", 7, "other")];
+        let memory = [5, 7].map(|value| {
+            let name = format!("{}ff_{}.dynamic", domain.prefix(), (1u128 << 64) + value);
+            let path = Path::new(SHARED_MEMORY).join(name);
+            fs::write(&path, "x").unwrap();
+            path
+        });
         heal(&domain);
-        assert!(kept.exists() && !lost.exists());
-        fs::remove_file(memory).unwrap();
+        assert!(kept.exists() && !lost.exists() && !unused.exists());
+        assert!(memory[0].exists() && !memory[1].exists());
+        fs::remove_file(&memory[0]).unwrap();
         fs::remove_dir_all(domain.root()).unwrap();
     }
 
@@ -431,6 +459,29 @@ mod tests {
         assert!(!tag.exists() && !lock.exists() && !event.exists() && !connection.exists());
         assert!(other.exists() && young.exists() && !nodes.join("123").exists());
         fs::remove_file(other).unwrap();
+        fs::remove_dir_all(domain.root()).unwrap();
+    }
+
+    #[test]
+    fn a_node_whose_monitor_was_never_completed_is_removed_and_a_complete_one_is_not() {
+        let domain = domain("monitor");
+        let nodes = domain.root().join(NODES);
+        fs::remove_dir(nodes.join("123")).unwrap();
+        let make = |number: &str, mode: u32| {
+            let files = monitor_files(&domain, &nodes, number);
+            for path in &files {
+                fs::File::create(path)
+                    .unwrap()
+                    .set_modified(SystemTime::now() - Duration::from_secs(3))
+                    .unwrap();
+            }
+            fs::set_permissions(&files[1], fs::Permissions::from_mode(mode)).unwrap();
+            files
+        };
+        let (half, whole) = (make("55", 0o200), make("66", 0o400));
+        assert!(!makes_a_node(&half) && makes_a_node(&whole));
+        bury(&domain);
+        assert!(!half.iter().any(|path| path.exists()));
         fs::remove_dir_all(domain.root()).unwrap();
     }
 

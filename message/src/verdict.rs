@@ -22,6 +22,8 @@ pub(crate) enum Verdict {
     Absent,
     /// Somebody is coming or going: try again soon.
     Again,
+    /// Somebody removes it: try again soon. When that lasts he has died: mend.
+    Leaving,
     /// Left half made, perhaps by the dead: look, mend and try again.
     Heal,
     /// No place is free: make the dead give theirs back and try again.
@@ -68,10 +70,8 @@ impl Judge for PublishSubscribeOpenError {
             | Self::DoesNotSupportRequestedAmountOfPublishers
             | Self::DoesNotSupportRequestedAmountOfSubscribers
             | Self::DoesNotSupportRequestedAmountOfNodes => Verdict::Different,
-            Self::Interrupt
-            | Self::InternalFailure
-            | Self::IsMarkedForDestruction
-            | Self::UnableToCreateServiceTag => Verdict::Again,
+            Self::IsMarkedForDestruction => Verdict::Leaving,
+            Self::Interrupt | Self::InternalFailure | Self::UnableToCreateServiceTag => Verdict::Again,
         }
     }
 }
@@ -123,10 +123,8 @@ impl Judge for EventOpenError {
             | Self::DoesNotSupportRequestedAmountOfListeners
             | Self::DoesNotSupportRequestedMaxEventId
             | Self::DoesNotSupportRequestedAmountOfNodes => Verdict::Different,
-            Self::Interrupt
-            | Self::InternalFailure
-            | Self::IsMarkedForDestruction
-            | Self::UnableToCreateServiceTag => Verdict::Again,
+            Self::IsMarkedForDestruction => Verdict::Leaving,
+            Self::Interrupt | Self::InternalFailure | Self::UnableToCreateServiceTag => Verdict::Again,
         }
     }
 }
@@ -219,10 +217,8 @@ impl Judge for RequestResponseOpenError {
             | Self::IncompatibleOverflowBehaviorForResponses
             | Self::IncompatibleBehaviorForFireAndForgetRequests
             | Self::VersionMismatch => Verdict::Different,
-            Self::Interrupt
-            | Self::InternalFailure
-            | Self::IsMarkedForDestruction
-            | Self::UnableToCreateServiceTag => Verdict::Again,
+            Self::IsMarkedForDestruction => Verdict::Leaving,
+            Self::Interrupt | Self::InternalFailure | Self::UnableToCreateServiceTag => Verdict::Again,
         }
     }
 }

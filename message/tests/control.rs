@@ -239,3 +239,18 @@ fn a_server_that_is_started_again_answers_the_same_client() {
     assert_eq!(answer_all(&desk), [3]);
     assert!(pending.answer().unwrap().is_some());
 }
+
+#[test]
+fn another_layout_of_a_running_control_topic_is_told_with_both_sides() {
+    let ground = Ground::new();
+    let stranger = ground.bus("detector of another make");
+    let name = "tagbus/v1/cam0/detectors/main/control".try_into().unwrap();
+    let _running = stranger.node().service_builder(&name).request_response::<u64, u32>().create().unwrap();
+    let error = ground.bus("asking").open_detector_control("cam0", "main", Patience::AtMost(WATCHDOG));
+    let text = error.unwrap_err().to_string();
+    assert!(
+        text.contains("here: tagbus.DetectorRequest.v1 of 1096 bytes with tagbus.DetectorReply.v1"),
+        "{text}"
+    );
+    assert!(text.contains("there: u64 of 8 bytes with u32 of 4 bytes"), "{text}");
+}

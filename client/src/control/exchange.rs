@@ -29,7 +29,8 @@ type Open<Q, A> = Box<dyn Fn(&Bus<Shared>, Patience) -> Result<ControlClient<Sha
 /// A control topic with what is needed to open it again.
 pub(super) struct Exchange<Q: Debug + Copy + ZeroCopySend + 'static, A: Debug + Copy + ZeroCopySend + 'static>
 {
-    client: ControlClient<Shared, Q, A>,
+    /// `None` while the topic is gone that was open.
+    client: Option<ControlClient<Shared, Q, A>>,
     open: Open<Q, A>,
     bus: Bus<Shared>,
     stop: Stop,
@@ -52,7 +53,7 @@ impl<Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> Exchange<Q,
         let explain = |error| explain(error, options, role);
         let bus = Bus::start(&options.domain, &format!("control of {role}"), &stop).map_err(explain)?;
         let patience = options.deadline.map_or(Patience::Endless, Patience::AtMost);
-        let client = open(&bus, patience).map_err(explain)?;
+        let client = Some(open(&bus, patience).map_err(explain)?);
         let timeout = DEFAULT_TIMEOUT;
         let exchange = Self { client, open, bus, stop, role: role.to_owned(), timeout };
         exchange.wait_for_server(options, started)?;
@@ -62,7 +63,7 @@ impl<Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> Exchange<Q,
     /// The topic may be there while nobody serves it: others who ask hold it.
     fn wait_for_server(&self, options: &ConnectOptions, started: Instant) -> Result<(), ConnectError> {
         self.bus.clean_up_dead();
-        while !self.client.is_served() {
+        while !self.is_served() {
             let waited = started.elapsed();
             if options.deadline.is_some_and(|deadline| waited >= deadline) {
                 let (publisher, domain) = (self.role.clone(), options.domain.name().to_owned());
@@ -83,11 +84,8 @@ impl<Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> Exchange<Q,
     /// Sends a request and waits for its answer.
     pub(super) fn ask(&mut self, request: &Q) -> Result<A, ControlError> {
         let started = Instant::now();
-        if !self.client.is_current() {
-            self.client =
-                (self.open)(&self.bus, Patience::AtMost(REOPEN)).map_err(|error| self.gone(error))?;
-        }
-        let pending = self.client.ask(request).map_err(|error| match error {
+        let asked = self.current()?.ask(request);
+        let pending = asked.map_err(|error| match error {
             AskError::Nobody => ControlError::Gone { role: self.role.clone() },
             other => ControlError::Broken(other.to_string()),
         })?;
@@ -110,10 +108,25 @@ impl<Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> Exchange<Q,
         }
     }
 
+    /// The topic, opened again where it was removed by force.
+    fn current(&mut self) -> Result<&ControlClient<Shared, Q, A>, ControlError> {
+        if !self.client.as_ref().is_some_and(ControlClient::is_current) {
+            // The old one first: iceoryx2 keeps one account a node for all topics of one name.
+            self.client = None;
+            let opened = (self.open)(&self.bus, Patience::AtMost(REOPEN));
+            self.client = Some(opened.map_err(|error| self.gone(error))?);
+        }
+        self.client.as_ref().ok_or_else(|| ControlError::Gone { role: self.role.clone() })
+    }
+
+    fn is_served(&self) -> bool {
+        self.client.as_ref().is_some_and(ControlClient::is_served)
+    }
+
     /// Nobody looks for the dead by himself; after that a server that was killed does not count any more.
     fn look_around(&self) -> Result<(), ControlError> {
         self.bus.clean_up_dead();
-        if self.client.is_served() { Ok(()) } else { Err(ControlError::Gone { role: self.role.clone() }) }
+        if self.is_served() { Ok(()) } else { Err(ControlError::Gone { role: self.role.clone() }) }
     }
 
     fn gone(&self, error: BusError) -> ControlError {
