@@ -1,6 +1,6 @@
 //! Requests to the camera: answered between frames, and never so many that frames would notice.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use iceoryx2::prelude::ipc;
 use tagbus_message::clock::monotonic_ns;
@@ -10,16 +10,10 @@ use tagbus_message::control::{
 use tagbus_message::control_ports::CameraDesk;
 use tagbus_message::info::CameraInfo;
 use tagbus_message::qos::MAX_CONTROL_CLIENTS;
+use tagbus_message::turns::Turns;
 
 use crate::control::{ControlInfo, ControlSetting, ControlSettings, identifier};
 use crate::run::Summary;
-
-/// Requests take at most this part of the time, however many there are: after an answer they wait so many times as long as it took ...
-const SHARE: u32 = 20;
-/// ... this long at least ...
-const SHORTEST_PAUSE: Duration = Duration::from_millis(5);
-/// ... and never longer.
-const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// What can be done about the controls of a source.
 pub(crate) trait Controls {
@@ -56,7 +50,7 @@ impl Controls for NoControls<'_> {
 /// What an answer is made of.
 pub(crate) struct Desk {
     server: CameraDesk<ipc::Service>,
-    paused_until: Option<Instant>,
+    turns: Turns,
     started_ns: u64,
     counts: Counts,
     /// Counts at the last reset, and when that was.
@@ -77,7 +71,7 @@ impl Desk {
     pub(crate) fn new(server: CameraDesk<ipc::Service>) -> Self {
         let started_ns = monotonic_ns();
         let reset = (Counts::default(), started_ns);
-        Self { server, paused_until: None, started_ns, counts: Counts::default(), reset }
+        Self { server, turns: Turns::new(), started_ns, counts: Counts::default(), reset }
     }
 
     /// Answers one request of each client, when it is time to. `announce` is called when controls were changed.
@@ -89,10 +83,10 @@ impl Desk {
         announce: &mut dyn FnMut(&mut CameraInfo),
     ) {
         let now = Instant::now();
-        if self.paused_until.is_some_and(|end| now < end) {
+        if !self.turns.may_answer(now) {
             return;
         }
-        self.paused_until = None;
+        let answered_before = self.counts.answered;
         for _ in 0..MAX_CONTROL_CLIENTS {
             let Ok(Some(asked)) = self.server.next() else { break };
             let (counts, before) = (&mut self.counts, summary);
@@ -109,8 +103,9 @@ impl Desk {
             self.counts.answered += 1;
             self.counts.refused += u64::from(outcome == Outcome::Refused);
             asked.answer(&CameraReply::of(&self.report(outcome, text, info, controls)));
-            let pause = (now.elapsed() * SHARE).clamp(SHORTEST_PAUSE, LONGEST_PAUSE);
-            self.paused_until = Some(now + pause);
+        }
+        if self.counts.answered > answered_before {
+            self.turns.answered(now, Instant::now());
         }
     }
 

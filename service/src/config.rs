@@ -17,6 +17,18 @@ pub type Reporter = Box<dyn FnMut(&Report) + Send>;
 /// Is shown frames just before they are searched.
 pub type Observer = Box<dyn FnMut(&FrameSeen) + Send>;
 
+/// Is told of moments on the way of a frame.
+pub type Watch = Box<dyn FnMut(Moment) + Send>;
+
+/// The ends of what lies between a frame's arrival and its message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// The service is about to take the newest frame; there may be none.
+    Receive,
+    /// A message was sent; nobody was woken for it yet.
+    Sent,
+}
+
 /// Everything that a service needs to know.
 pub struct ServiceConfig {
     /// The machine's bus.
@@ -39,6 +51,8 @@ pub struct ServiceConfig {
     pub report: Reporter,
     /// Shown every frame just before it is searched; for tests and measurements.
     pub observer: Option<Observer>,
+    /// Told when a frame is about to be taken and when its message was sent; for measurements.
+    pub watch: Option<Watch>,
 }
 
 /// What the detector is about to read.
@@ -66,6 +80,7 @@ impl ServiceConfig {
             max_tags: qos::DEFAULT_MAX_TAGS,
             report: Box::new(|_| ()),
             observer: None,
+            watch: None,
         }
     }
 }

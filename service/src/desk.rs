@@ -9,6 +9,7 @@ use tagbus_message::control::{
 };
 use tagbus_message::control_ports::{Asked, DetectorDesk};
 use tagbus_message::qos::MAX_CONTROL_CLIENTS;
+use tagbus_message::turns::Turns;
 use tagbus_message::wait::{WaitError, Waiter};
 
 use crate::change::{self, Circumstances};
@@ -16,20 +17,13 @@ use crate::in_force::InForce;
 use crate::report::Summary;
 use crate::search::{Local, Search};
 
-/// Requests take at most this part of the time, however many there are: after an answer they wait so many times as long as it took ...
-const SHARE: u32 = 20;
-/// ... this long at least ...
-const SHORTEST_PAUSE: Duration = Duration::from_millis(5);
-/// ... and never longer.
-const LONGEST_PAUSE: Duration = Duration::from_secs(1);
-
 /// Where requests are answered.
 pub(crate) struct Desk<'a> {
     server: &'a DetectorDesk<Local>,
     own_families: Vec<Family>,
     /// Whether somebody called who was perhaps not answered yet.
     called: bool,
-    paused_until: Option<Instant>,
+    turns: Turns,
     started_ns: u64,
     counts: Counts,
     /// Counts at the last reset, and when that was.
@@ -70,7 +64,7 @@ impl<'a> Desk<'a> {
             own_families: search.in_force.wish.families.clone(),
             // Somebody may have asked before there was anybody to be woken.
             called: true,
-            paused_until: None,
+            turns: Turns::new(),
             started_ns,
             counts: Counts::default(),
             reset: (Counts::default(), started_ns),
@@ -79,8 +73,8 @@ impl<'a> Desk<'a> {
 
     /// How long to wait at most, so that a pause ends in time.
     pub(crate) fn patience(&self, longest: Duration) -> Duration {
-        match (self.paused_until, self.called) {
-            (Some(end), _) => end.saturating_duration_since(Instant::now()).min(longest),
+        match (self.turns.pause(Instant::now()), self.called) {
+            (Some(left), _) => left.min(longest),
             (None, true) => Duration::ZERO,
             (None, false) => longest,
         }
@@ -90,17 +84,13 @@ impl<'a> Desk<'a> {
     pub(crate) fn look(&mut self, waiter: &Waiter<Local>, search: &mut Search) -> Result<(), WaitError> {
         self.called |= waiter.take_request();
         let now = Instant::now();
-        if let Some(end) = self.paused_until {
-            if now < end {
-                return Ok(());
-            }
-            self.paused_until = None;
-            waiter.resume_requests()?;
+        if !self.turns.may_answer(now) {
+            return Ok(());
         }
+        waiter.resume_requests()?;
         if self.called {
             self.answer_round(search);
-            let pause = (now.elapsed() * SHARE).clamp(SHORTEST_PAUSE, LONGEST_PAUSE);
-            self.paused_until = Some(now + pause);
+            self.turns.answered(now, Instant::now());
             waiter.pause_requests();
         }
         Ok(())

@@ -33,6 +33,6 @@ mod report;
 mod run;
 mod search;
 
-pub use config::{FrameSeen, Observer, Reporter, ServiceConfig};
+pub use config::{FrameSeen, Moment, Observer, Reporter, ServiceConfig, Watch};
 pub use report::{Report, ServiceError, Summary};
 pub use run::run;

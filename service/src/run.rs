@@ -224,6 +224,7 @@ impl Silence {
 
 /// Searches the newest frame if there is one.
 fn take(search: &mut Search, frames: &FramesIn<Local>, out: &DetectionsOut<Local>) -> bool {
+    search.receives();
     match frames.newest() {
         Ok(Some(frame)) => {
             search.frame(frame, out);

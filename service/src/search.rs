@@ -12,7 +12,7 @@ use tagbus_message::detection::{DetectionsHeader, header_flags};
 use tagbus_message::frame::FrameHeader;
 use tagbus_message::ports::DetectionsOut;
 
-use crate::config::{FrameSeen, Observer, Reporter, ServiceConfig};
+use crate::config::{FrameSeen, Moment, Observer, Reporter, ServiceConfig, Watch};
 use crate::convert::{self, FamilyName};
 use crate::in_force::{InForce, Wish};
 use crate::pace::Pace;
@@ -47,6 +47,7 @@ pub(crate) struct Search {
     always: bool,
     report: Reporter,
     observer: Option<Observer>,
+    watch: Option<Watch>,
 }
 
 impl Search {
@@ -71,6 +72,7 @@ impl Search {
             always: config.always,
             report: config.report,
             observer: config.observer,
+            watch: config.watch,
         })
     }
 
@@ -128,12 +130,19 @@ impl Search {
         // The camera gets its chunk back before clients are woken.
         drop(frame);
         let tags = Tags { detections, chosen: &self.chosen, names, origin };
-        match send(message, &tags, out) {
+        match send(message, &tags, out, &mut self.watch) {
             Ok(sent) => {
                 self.summary.messages_sent += 1;
                 self.recorder.frame(&sent, &phases, monotonic_ns());
             }
             Err(reason) => self.trouble(reason),
+        }
+    }
+
+    /// Is to be called before a frame is taken.
+    pub(crate) fn receives(&mut self) {
+        if let Some(watch) = &mut self.watch {
+            watch(Moment::Receive);
         }
     }
 
@@ -193,6 +202,7 @@ fn send(
     mut header: DetectionsHeader,
     tags: &Tags,
     out: &DetectionsOut<Local>,
+    watch: &mut Option<Watch>,
 ) -> Result<DetectionsHeader, String> {
     let Tags { detections, chosen, names, origin } = tags;
     let loan = out
@@ -203,6 +213,9 @@ fn send(
     header.send_ns = monotonic_ns();
     *loan.user_header_mut() = header;
     loan.send().map_err(|error| format!("a message could not be sent ({error:?})"))?;
+    if let Some(watch) = watch {
+        watch(Moment::Sent);
+    }
     out.notify().map_err(|error| format!("clients could not be woken ({error:?})"))?;
     Ok(header)
 }
