@@ -6,6 +6,7 @@ use clap::builder::TypedValueParser as _;
 use clap::{Parser, Subcommand};
 
 use crate::crowd::Order;
+use crate::hostile::{Attack, AttackOrder};
 use crate::sets::NAMES;
 
 /// The set of pictures that the user names.
@@ -32,6 +33,9 @@ const EXAMPLES: &str = "Examples:
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// An attacker of a machine that this program starts.
+    #[command(hide = true)]
+    Attack(AttackOrder),
     /// kill -9 of random roles of a whole machine (supervisor, camera, detector, clients), and how soon detections arrive again.
     /// Fails when one does not recover, ends, panics or leaves something.
     Chaos(ChaosArguments),
@@ -43,9 +47,13 @@ pub(crate) enum Command {
     /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
     /// shifts them.
     Corners(CornersArguments),
+    /// CPU time of a detector from a frame's arrival until its message is sent, by the number of clients.
+    Critical(CriticalArguments),
     /// Tables I and II of the paper: how often what is no tag is taken for one, by the metric that chose a family's codes.
     FalsePositives(FalsePositivesArguments),
     /// CPU time and memory of frames made to cost (noise, checkerboards, stripes) beside natural pictures.
+    Costly(CostlyArguments),
+    /// Attackers on the bus of an honest camera, detector and clients: what they cost. Fails when one breaks something.
     Hostile(HostileArguments),
     /// All published families loaded at once: memory, time until ready, time of a look-up, agreement with brute force.
     Index(IndexArguments),
@@ -234,7 +242,7 @@ pub(crate) struct SweepArguments {
 }
 
 #[derive(clap::Args)]
-pub(crate) struct HostileArguments {
+pub(crate) struct CostlyArguments {
     /// Folder of natural pictures without tags; their middle parts are brought to the size of the frames.
     #[arg(long)]
     pub(crate) pictures: PathBuf,
@@ -261,6 +269,34 @@ pub(crate) struct RecorderArguments {
     #[arg(long, default_value_t = 0)]
     pub(crate) core: usize,
     /// A folder for recorder.md.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct HostileArguments {
+    /// Kinds of attack; all when not given.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) attacks: Vec<Attack>,
+    /// Rounds; in each all attacks take turns, each beside its tame twin.
+    #[arg(long, default_value_t = 7)]
+    pub(crate) rounds: usize,
+    /// Length of each measurement.
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) seconds: f64,
+    /// Frames a second.
+    #[arg(long, default_value_t = 60)]
+    pub(crate) rate: u32,
+    /// Another seed gives other lies.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The core of the detectors; the others are kept off it where there is another.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
 }
@@ -393,6 +429,31 @@ pub(crate) struct SyscallsArguments {
     /// Frames a second.
     #[arg(long, default_value_t = 60)]
     pub(crate) rate: u32,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct CriticalArguments {
+    /// Numbers of clients, each a process of its own; one line of the table each.
+    #[arg(long, value_delimiter = ',', default_value = "0,1,4,16")]
+    pub(crate) clients: Vec<usize>,
+    /// Rounds after one that warms up; in each the numbers of clients take turns.
+    #[arg(long, default_value_t = 5)]
+    pub(crate) rounds: usize,
+    /// Frames of each number of clients in a round.
+    #[arg(long, default_value_t = 300)]
+    pub(crate) frames: usize,
+    /// Frames a second.
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rate: u32,
+    /// The core of the detector; camera and clients are kept off it where there is another.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) core: usize,
     /// The program `tagbus`; by default the one beside this program.
     #[arg(long)]
     pub(crate) program: Option<PathBuf>,

@@ -1,4 +1,7 @@
-//! The CPU time of this process.
+//! CPU time, of this process and of others.
+
+use std::fs;
+use std::io;
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -14,4 +17,45 @@ pub(crate) fn cpu_us<T>(work: impl FnOnce() -> T) -> (f64, T) {
 pub(crate) fn now_us() -> f64 {
     let now = clock_gettime(ClockId::ProcessCPUTime);
     now.tv_sec as f64 * 1e6 + now.tv_nsec as f64 * 1e-3
+}
+
+/// CPU time so far of all threads of a process, nanoseconds.
+pub(crate) fn process_ns(process: u32) -> io::Result<u64> {
+    threads_ns(process, |_| true)
+}
+
+/// CPU time so far of the threads of a process that have this name, nanoseconds. Linux keeps 15 bytes of a name.
+pub(crate) fn thread_ns(process: u32, name: &str) -> io::Result<u64> {
+    threads_ns(process, |other| other == name)
+}
+
+fn threads_ns(process: u32, is_counted: impl Fn(&str) -> bool) -> io::Result<u64> {
+    let mut sum = 0;
+    for thread in fs::read_dir(format!("/proc/{process}/task"))? {
+        let folder = thread?.path();
+        if !is_counted(fs::read_to_string(folder.join("comm"))?.trim_end()) {
+            continue;
+        }
+        let text = fs::read_to_string(folder.join("schedstat"))?;
+        let first = text.split_whitespace().next().and_then(|word| word.parse::<u64>().ok());
+        sum += first.ok_or_else(|| io::Error::other(format!("no CPU time in schedstat: '{text}'")))?;
+    }
+    Ok(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_named_thread_has_a_part_of_the_time_of_its_process() {
+        let (process, work) = (std::process::id(), || while now_us() < 20_000.0 {});
+        let named = std::thread::Builder::new().name("a named thread".to_owned()).spawn(move || {
+            work();
+            [thread_ns(process, "a named thread").unwrap(), process_ns(process).unwrap()]
+        });
+        let [thread, all] = named.unwrap().join().unwrap();
+        assert!(thread > 0 && thread <= all, "{thread} of {all}");
+        assert_eq!(thread_ns(process, "nobody").unwrap(), 0);
+    }
 }

@@ -3,7 +3,7 @@
 use std::io;
 use std::process::Command;
 
-use rustix::thread::{CpuSet, sched_setaffinity};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// Keeps this thread on one core, so that its caches and clock are its own.
 pub(crate) fn pin_to(core: usize) -> io::Result<()> {
@@ -14,6 +14,13 @@ pub(crate) fn pin_to(core: usize) -> io::Result<()> {
             "core {core} cannot be used ({error}): name one of this machine's cores with --core"
         ))
     })
+}
+
+/// Keeps this thread, and what it starts from now on, off one core; where there is no other it stays.
+pub(crate) fn keep_off(core: usize) -> io::Result<()> {
+    let mut set = sched_getaffinity(None)?;
+    set.unset(core);
+    if set.count() == 0 { Ok(()) } else { Ok(sched_setaffinity(None, &set)?) }
 }
 
 /// One line each: processor, kernel, compiler, load.

@@ -6,6 +6,8 @@ mod chaos;
 mod clock;
 mod compare;
 mod corners;
+mod costly;
+mod critical;
 mod crowd;
 mod false_positives;
 mod hostile;
@@ -31,9 +33,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, ChaosArguments, Command, CornersArguments, CpuArguments, FalsePositivesArguments,
-    HostileArguments, IndexArguments, ManyArguments, PaperArguments, PhasesArguments, RecorderArguments,
-    RecursiveArguments, RenderArguments, SoakArguments, SweepArguments, SyscallsArguments, ThreadsArguments,
+    Arguments, ChaosArguments, Command, CornersArguments, CostlyArguments, CpuArguments, CriticalArguments,
+    FalsePositivesArguments, HostileArguments, IndexArguments, ManyArguments, PaperArguments,
+    PhasesArguments, RecorderArguments, RecursiveArguments, RenderArguments, SoakArguments, SweepArguments,
+    SyscallsArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;
@@ -43,11 +46,14 @@ type Failure = Box<dyn std::error::Error>;
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
+        Command::Attack(order) => hostile::attack(&order),
         Command::Chaos(arguments) => chaos(&arguments),
+        Command::Critical(arguments) => critical(&arguments),
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Client(order) => crowd::client(&order),
         Command::Corners(arguments) => corners(&arguments),
         Command::FalsePositives(arguments) => false_positives(&arguments),
+        Command::Costly(arguments) => costly(&arguments),
         Command::Hostile(arguments) => hostile(&arguments),
         Command::Paper(arguments) => paper(&arguments),
         Command::Index(arguments) => index(&arguments),
@@ -93,6 +99,34 @@ fn chaos(arguments: &ChaosArguments) -> Result<(), Failure> {
     );
     let page = format!("[Distribution](chaos.svg), [every kill](chaos.csv)\n\n{page}");
     Ok(record::write_page(&folder.join("chaos.md"), "Kills of random roles", &how, &page)?)
+}
+
+fn critical(arguments: &CriticalArguments) -> Result<(), Failure> {
+    let CriticalArguments { clients, rounds, frames, rate, core, program, record } = arguments;
+    let plan = critical::Plan {
+        program: arguments::beside_this(program.as_deref())?,
+        clients: clients.clone(),
+        rounds: *rounds,
+        frames: *frames,
+        rate: *rate,
+        core: *core,
+    };
+    let page = critical::page(&critical::run(&plan)?);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    let how = format!(
+        "`tagbus-bench critical --rounds {rounds} --frames {frames} --rate {rate}`: an empty frame of 640x480, one detector (tag36h11, \
+         default settings, one thread, `always`) as a thread of the bench pinned to a core, camera and clients as processes \
+         of their own on the others; CPU time of that thread (CLOCK_THREAD_CPUTIME_ID) from before the newest frame is taken until its \
+         message was sent, before clients are woken; the numbers of clients take turns, one round before the first is not counted"
+    );
+    Ok(record::write_page(
+        &folder.join("critical.md"),
+        "What clients cost on the critical path",
+        &how,
+        &page,
+    )?)
 }
 
 fn cpu(arguments: &CpuArguments) -> Result<(), Failure> {
@@ -155,11 +189,11 @@ fn false_positives(arguments: &FalsePositivesArguments) -> Result<(), Failure> {
     Ok(record::write_page(&path, title, &false_positives::how(&plan), &page)?)
 }
 
-fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
+fn costly(arguments: &CostlyArguments) -> Result<(), Failure> {
     machine::pin_to(arguments.core)?;
-    let HostileArguments { pictures, decimate, rounds, record, .. } = arguments;
-    let plan = hostile::Plan { pictures: pictures.clone(), factors: decimate.clone(), rounds: *rounds };
-    let page = hostile::page(&hostile::run(&plan)?);
+    let CostlyArguments { pictures, decimate, rounds, record, .. } = arguments;
+    let plan = costly::Plan { pictures: pictures.clone(), factors: decimate.clone(), rounds: *rounds };
+    let page = costly::page(&costly::run(&plan)?);
     print!("{page}");
     let Some(folder) = record else { return Ok(()) };
     std::fs::create_dir_all(folder)?;
@@ -168,7 +202,35 @@ fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
          the same size (Catmull-Rom); CPU time, {rounds} rounds after one warm-up, detectors take turns on each frame, one \
          thread pinned to one core; memory is the most that a fresh detector allocates for the frame"
     );
-    Ok(record::write_page(&folder.join("hostile.md"), "Frames made to cost", &how, &page)?)
+    Ok(record::write_page(&folder.join("costly.md"), "Frames made to cost", &how, &page)?)
+}
+
+fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
+    let HostileArguments { attacks, rounds, seconds, rate, seed, core, program, record } = arguments;
+    let plan = hostile::Plan {
+        program: arguments::beside_this(program.as_deref())?,
+        attacks: if attacks.is_empty() { hostile::Attack::ALL.to_vec() } else { attacks.clone() },
+        rounds: *rounds,
+        seconds: *seconds,
+        rate: *rate,
+        seed: *seed,
+        core: *core,
+    };
+    let outcome = hostile::run(&plan)?;
+    let page = hostile::page(&outcome);
+    print!("{page}");
+    if let Some(folder) = record {
+        std::fs::create_dir_all(folder)?;
+        let command = format!(
+            "`tagbus-bench hostile --rounds {rounds} --seconds {seconds} --rate {rate} --seed {seed}`"
+        );
+        let how = format!("{command}; {}", hostile::HOW);
+        record::write_page(&folder.join("hostile.md"), "Attackers on the bus", &how, &page)?;
+    }
+    match hostile::faults(&outcome).as_slice() {
+        [] => Ok(()),
+        faults => Err(format!("this must not happen: {}", faults.join("; ")).into()),
+    }
 }
 
 fn index(arguments: &IndexArguments) -> Result<(), Failure> {

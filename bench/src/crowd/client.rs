@@ -24,6 +24,8 @@ pub(crate) enum Temper {
     Slow,
     /// Takes one message, keeps it and never comes again.
     Stuck,
+    /// Takes each message and counts nothing else: what it listens to may lie.
+    Misled,
 }
 
 /// Whom to listen to, and how.
@@ -65,9 +67,12 @@ fn listen(client: &mut Client, temper: Temper, stop: &Stop) -> Result<Tally, Fai
     let mut tally = Tally::default();
     while !stop.is_triggered() {
         let Some(message) = client.receive(Duration::from_secs(1))? else { continue };
-        tally.take(&message);
         match temper {
-            Temper::Honest => {}
+            Temper::Misled => tally.count(&message),
+            _ => tally.take(&message),
+        }
+        match temper {
+            Temper::Honest | Temper::Misled => {}
             Temper::Slow => drop(stop.wait(SLOW)),
             Temper::Stuck => while !stop.wait(Duration::from_secs(3600)) {},
         }

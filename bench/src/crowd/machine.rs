@@ -34,9 +34,13 @@ impl Part {
             Self::Client(Temper::Honest) => "client",
             Self::Client(Temper::Slow) => "slow client",
             Self::Client(Temper::Stuck) => "stuck client",
+            Self::Client(Temper::Misled) => "misled client",
         }
     }
 }
+
+/// A client that has ended: what it listened to, and what it counted.
+pub(crate) type Ended = (Part, [String; 2], Tally);
 
 /// One process. It is killed when it is dropped.
 pub(crate) struct Member {
@@ -162,21 +166,30 @@ impl Machine {
         Ok(())
     }
 
-    /// Ends clients, then detectors, then cameras, and says what each client counted, in the order of [`Machine::members`]. An
-    /// error when one ends badly or something is left.
-    pub(crate) fn end(mut self) -> Result<Vec<(Part, [String; 2], Tally)>, Failure> {
+    /// Ends all clients, and says what each counted, in the order of [`Machine::members`]. An error when a process has ended before.
+    pub(crate) fn end_clients(&mut self) -> Result<Vec<Ended>, Failure> {
         self.check()?;
-        let mut tallies = Vec::new();
-        for clients in [true, false] {
-            let is_now = |member: &&mut Member| matches!(member.part, Part::Client(_)) == clients;
-            self.members.iter_mut().filter(is_now).for_each(Member::ask_to_end);
-            for member in self.members.iter_mut().filter(is_now) {
-                let words = member.last_words()?;
-                if clients {
-                    let tally = Tally::read(&words).ok_or(format!("a client wrote '{words}'"))?;
-                    tallies.push((member.part, member.place.clone(), tally));
-                }
-            }
+        let is_client = |member: &Member| matches!(member.part, Part::Client(_));
+        let (clients, others) = std::mem::take(&mut self.members).into_iter().partition(is_client);
+        self.members = others;
+        let mut clients: Vec<Member> = clients;
+        clients.iter_mut().for_each(Member::ask_to_end);
+        let mut ended = Vec::new();
+        for mut member in clients {
+            let words = member.last_words()?;
+            let tally = Tally::read(&words).ok_or(format!("a client wrote '{words}'"))?;
+            ended.push((member.part, member.place.clone(), tally));
+        }
+        Ok(ended)
+    }
+
+    /// Ends clients, then detectors and cameras, and says what each client counted, in the order of [`Machine::members`]. An
+    /// error when one ends badly or something is left.
+    pub(crate) fn end(mut self) -> Result<Vec<Ended>, Failure> {
+        let tallies = self.end_clients()?;
+        self.members.iter_mut().for_each(Member::ask_to_end);
+        for member in &mut self.members {
+            member.last_words()?;
         }
         let left = self.domain.leftovers()?;
         if !left.is_empty() || self.domain.root().exists() {

@@ -2,8 +2,10 @@
 
 mod client;
 mod machine;
+mod picture;
 mod tally;
 
 pub(crate) use client::{Order, Temper, client};
 pub(crate) use machine::{Machine, Part};
+pub(crate) use picture::PlayedPicture;
 pub(crate) use tally::{InForce, Tally};

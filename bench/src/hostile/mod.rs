@@ -1,8 +1,13 @@
-//! Frames made to cost: noise, checkerboards and stripes beside natural pictures.
+//! Attackers on the bus of an honest camera, detector and clients: what they break, and what they cost.
 
-mod frames;
-mod measure;
+mod attack;
+mod lies;
+mod listener;
 mod report;
+mod run;
+mod verdict;
 
-pub(crate) use measure::{Plan, run};
-pub(crate) use report::page;
+pub(crate) use attack::{Attack, AttackOrder, attack};
+pub(crate) use report::{HOW, page};
+pub(crate) use run::{Plan, run};
+pub(crate) use verdict::faults;

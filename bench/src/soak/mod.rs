@@ -9,4 +9,5 @@ mod verdict;
 pub(crate) use plot::figure;
 pub(crate) use report::{HOW, csv, page};
 pub(crate) use run::{Plan, run};
+pub(crate) use usage::Stored;
 pub(crate) use verdict::faults;

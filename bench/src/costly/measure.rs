@@ -1,4 +1,4 @@
-//! All detectors taking turns on the hostile frames and on natural pictures of the same size.
+//! All detectors taking turns on the costly frames and on natural pictures of the same size.
 
 use std::path::PathBuf;
 
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn no_hostile_frame_is_a_tag() {
+    fn no_costly_frame_is_a_tag() {
         let size = [480, 360];
         for pattern in PATTERNS {
             let mut peers = vec![peers::ours(FAMILIES[2], 1.0).unwrap()];
