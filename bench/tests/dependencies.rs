@@ -30,8 +30,8 @@ const ROOMS: [Room; 11] = [
     // Its random numbers are its own (scene/src/random.rs).
     room("scene", &["family"], &[]),
     room("detector", &["family"], &["nalgebra"]),
-    // iceoryx2-bb-posix is a part of iceoryx2 and reads the clock.
-    room("message", &[], &["iceoryx2", "iceoryx2-bb-posix"]),
+    // Parts of iceoryx2: iceoryx2-bb-posix reads the clock, iceoryx2-bb-linux waits.
+    room("message", &[], &["iceoryx2", "iceoryx2-bb-posix", "iceoryx2-bb-linux"]),
     room("camera", &["message", "scene"], &["iceoryx2", "v4l", "libc", "rustix", "image", "zune-jpeg", "zune-core"]),
     room("service", &["message", "detector", "family"], &["iceoryx2"]),
     // Robot programs link this: its tree is kept tiny.

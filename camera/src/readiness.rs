@@ -3,7 +3,7 @@
 use std::io;
 use std::os::fd::AsRawFd;
 
-use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased, SynchronousMultiplexing};
+use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased};
 
 /// Wakes a wait set when there is something to read; to be dropped before what it was made of.
 #[derive(Debug)]
@@ -22,5 +22,3 @@ impl FileDescriptorBased for Readiness {
         &self.0
     }
 }
-
-impl SynchronousMultiplexing for Readiness {}

@@ -4,13 +4,13 @@ use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::ReceiveError as PortError;
-use iceoryx2::prelude::{WaitSet, ZeroCopySend, ipc_threadsafe};
+use iceoryx2::prelude::{ZeroCopySend, ipc_threadsafe};
 use iceoryx2::sample::Sample;
 
 use tagbus_message::bus::{Bus, BusError, Patience};
 use tagbus_message::ports::Input;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitError, WaitSet, Waiter, Wake};
 
 use crate::error::{ConnectError, ReceiveError};
 use crate::options::ConnectOptions;
@@ -34,7 +34,8 @@ pub(crate) struct Feed<T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySen
     /// `None` while the topic is gone that was open.
     input: Option<Input<Shared, T, H>>,
     open: Open<T, H>,
-    set: WaitSet<Shared>,
+    /// Stop request and event of `input` are attached to it for as long as it lives.
+    set: WaitSet,
     stop: Stop,
     bus: Bus<Shared>,
     limit: usize,
@@ -83,10 +84,10 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         let explain = |error| explain(error, options, publisher);
         let bus = Bus::start(&options.domain, &format!("client of {publisher}"), &stop).map_err(explain)?;
         let patience = options.deadline.map_or(Patience::Endless, Patience::AtMost);
-        let input = Some(open(&bus, patience).map_err(explain)?);
-        let set = wait_set().map_err(ConnectError::Wait)?;
+        let input = open(&bus, patience).map_err(explain)?;
+        let set = watching(&stop, &input).map_err(ConnectError::Wait)?;
         let (looked, silence) = (Instant::now(), Silence::new());
-        Ok(Self { input, open, set, stop, bus, limit, looked, silence })
+        Ok(Self { input: Some(input), open, set, stop, bus, limit, looked, silence })
     }
 
     /// The next message in the queue; waits for one. `None` when the time is over or the client was stopped.
@@ -129,8 +130,8 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     }
 
     fn wait(&self, timeout: Duration) -> Result<Wake, ReceiveError> {
-        let waiter = Waiter::new(&self.set, &self.stop, self.input.as_ref().map(Input::listener));
-        waiter.and_then(|waiter| waiter.wait(timeout)).map_err(ReceiveError::Wait)
+        let waiter = Waiter::of_kept(&self.set, &self.stop, self.input.as_ref().map(Input::listener));
+        waiter.wait(timeout).map_err(ReceiveError::Wait)
     }
 
     /// Nobody looks for the dead by himself, and a topic that was removed by force sends nothing any more.
@@ -153,7 +154,10 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
         // The old one first: iceoryx2 keeps one account a node for all topics of one name.
         self.input = None;
         match (self.open)(&self.bus, Patience::AtMost(REOPEN)) {
-            Ok(input) => self.input = Some(input),
+            Ok(input) => {
+                self.set = watching(&self.stop, &input).map_err(ReceiveError::Wait)?;
+                self.input = Some(input);
+            }
             // Memory that is full now need not stay so.
             Err(BusError::Absent { .. } | BusError::NoRoom { .. } | BusError::Stopped) => {}
             Err(error) => return Err(ReceiveError::Bus(error)),
@@ -167,6 +171,17 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
             PortError::ConnectionFailure(reason) => ReceiveError::Broken(format!("{reason:?}")),
         }
     }
+}
+
+/// Attaches once what every message would otherwise pay for.
+fn watching<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend>(
+    stop: &Stop,
+    input: &Input<Shared, T, H>,
+) -> Result<WaitSet, WaitError> {
+    let set = WaitSet::new()?;
+    set.keep(stop)?;
+    set.keep(input.listener())?;
+    Ok(set)
 }
 
 pub(crate) fn explain(error: BusError, options: &ConnectOptions, publisher: &str) -> ConnectError {

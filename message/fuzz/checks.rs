@@ -200,7 +200,7 @@ pub(crate) fn stats(bytes: &[u8]) -> Verdict {
     }
 }
 
-fn look_at_stats(stats: &(impl Stats + Debug)) -> Verdict {
+fn look_at_stats(stats: &impl Stats) -> Verdict {
     print(stats);
     let verdict = stats.checked();
     if verdict.is_ok() {

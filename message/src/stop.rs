@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased, SynchronousMultiplexing};
+use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased};
 
 /// A stop request shared by everybody who holds a clone. Once triggered it stays so.
 ///
@@ -77,8 +77,6 @@ impl FileDescriptorBased for Stop {
         &self.shared.descriptor
     }
 }
-
-impl SynchronousMultiplexing for Stop {}
 
 #[cfg(test)]
 mod tests {

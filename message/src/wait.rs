@@ -1,4 +1,8 @@
 //! Waiting for messages, for the stop request and for time, in one place a thread.
+//!
+//! Below is iceoryx2's epoll and not its wait set, which asks more of the system for the same
+//! ([why](../../docs/decisions/0012-waking.md)): waking takes one `epoll_wait`, and the event is taken from its socket when the
+//! message was dealt with. Nothing is allocated for a wait.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -6,19 +10,20 @@ use std::fmt::Debug;
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
-use iceoryx2::prelude::{
-    CallbackProgression, Service, SignalHandlingMode, SynchronousMultiplexing, WaitSet, WaitSetBuilder,
-    WaitSetGuard,
-};
+use iceoryx2::prelude::{FileDescriptorBased, Service};
+use iceoryx2_bb_linux::epoll::{Epoll, EpollBuilder, EpollEvent, EpollGuard, EpollWaitError, EventType};
 
 use crate::stop::Stop;
+
+/// The longest that the system waits; who asks for more is woken for nothing after 24 days.
+const LONGEST: Duration = Duration::from_millis(i32::MAX as u64);
 
 /// Why [`Waiter::wait`] returned. The first that applies is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
     /// The role was asked to stop.
     Stop,
-    /// The topic's event came: there is something to receive, or its producer came or went.
+    /// The topic's event came, or may have come: look whether there is something to receive.
     Event,
     /// Something else that was attached to the wait set is ready.
     Other,
@@ -26,53 +31,90 @@ pub enum Wake {
     TimedOut,
 }
 
-/// A wait set for [`Waiter`]; it leaves signals to whoever owns the process.
-pub fn wait_set<S: Service>() -> Result<WaitSet<S>, WaitError> {
-    WaitSetBuilder::new()
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create()
-        .map_err(|error| WaitError(format!("{error:?}")))
+/// What one thread waits for. It leaves signals to whoever owns the process.
+#[derive(Debug)]
+pub struct WaitSet {
+    epoll: Epoll,
+    /// The topic's event came and is still in its socket.
+    is_due: Cell<bool>,
+}
+
+/// Something stays attached to a wait set until this is dropped.
+#[must_use]
+pub struct Attached<'a> {
+    _guard: EpollGuard<'a, 'a>,
+}
+
+impl WaitSet {
+    /// A set that waits for nothing yet. Fails when the process has no file descriptor left.
+    pub fn new() -> Result<Self, WaitError> {
+        let epoll = EpollBuilder::new().set_close_on_exec(true).create();
+        let epoll = epoll.map_err(|error| WaitError(format!("{error:?}")))?;
+        Ok(Self { epoll, is_due: Cell::new(false) })
+    }
+
+    /// Wakes from now on when there is something to read.
+    pub fn attach<'a, F: FileDescriptorBased>(&'a self, source: &'a F) -> Result<Attached<'a>, WaitError> {
+        let attached = self.epoll.add(source.file_descriptor()).event_type(EventType::ReadyToRead).attach();
+        attached.map(|guard| Attached { _guard: guard }).map_err(|error| WaitError(format!("{error:?}")))
+    }
+
+    /// As [`WaitSet::attach`], for as long as both live: the system forgets what was closed.
+    pub fn keep<F: FileDescriptorBased>(&self, source: &F) -> Result<(), WaitError> {
+        self.attach(source).map(std::mem::forget)
+    }
+
+    fn wait(&self, timeout: Duration, mut ready: impl FnMut(&EpollEvent)) -> Result<(), WaitError> {
+        match self.epoll.timed_wait(|event| ready(&event), timeout.min(LONGEST)) {
+            // A signal is no reason to wake, but none to go on waiting for too long either.
+            Ok(_) | Err(EpollWaitError::Interrupt) => Ok(()),
+            Err(error) => Err(WaitError(format!("{error:?}"))),
+        }
+    }
 }
 
 /// A wait set with a stop request and the listener of a topic attached.
 pub struct Waiter<'a, S: Service> {
-    set: &'a WaitSet<S>,
+    set: &'a WaitSet,
     stop: &'a Stop,
-    listener: Option<(&'a Listener<S>, WaitSetGuard<'a, 'a, S>)>,
+    listener: Option<&'a Listener<S>>,
     requests: Option<Requests<'a, S>>,
-    _stop_guard: WaitSetGuard<'a, 'a, S>,
+    _attached: [Option<Attached<'a>>; 2],
 }
 
 /// The listener of a control topic. It is detached for a while when requests come faster than they shall be answered.
 struct Requests<'a, S: Service> {
     listener: &'a Listener<S>,
-    guard: RefCell<Option<WaitSetGuard<'a, 'a, S>>>,
+    attached: RefCell<Option<Attached<'a>>>,
     called: Cell<bool>,
 }
 
 impl<'a, S: Service> Waiter<'a, S>
 where
-    Listener<S>: SynchronousMultiplexing + Debug,
+    Listener<S>: FileDescriptorBased,
 {
     /// Attaches the stop request, and the listener of a topic where there is one.
     pub fn new(
-        set: &'a WaitSet<S>,
+        set: &'a WaitSet,
         stop: &'a Stop,
         listener: Option<&'a Listener<S>>,
     ) -> Result<Self, WaitError> {
-        let attach_error = |error| WaitError(format!("{error:?}"));
-        let stop_guard = set.attach_notification(stop).map_err(attach_error)?;
-        let listener = match listener {
-            Some(listener) => Some((listener, set.attach_notification(listener).map_err(attach_error)?)),
-            None => None,
-        };
-        Ok(Self { set, stop, listener, requests: None, _stop_guard: stop_guard })
+        let attached = [Some(set.attach(stop)?), listener.map(|listener| set.attach(listener)).transpose()?];
+        // What has come by now is told by the new attachment.
+        set.is_due.set(false);
+        Ok(Self { set, stop, listener, requests: None, _attached: attached })
+    }
+
+    /// Uses a set to which both are attached for good ([`WaitSet::keep`]).
+    #[must_use]
+    pub fn of_kept(set: &'a WaitSet, stop: &'a Stop, listener: Option<&'a Listener<S>>) -> Self {
+        Self { set, stop, listener, requests: None, _attached: [None, None] }
     }
 
     /// Attaches the listener of a control topic too. Its events are [`Wake::Other`] and told by [`Waiter::take_request`].
     pub fn with_requests(mut self, listener: &'a Listener<S>) -> Result<Self, WaitError> {
-        let (guard, called) = (RefCell::new(None), Cell::new(false));
-        self.requests = Some(Requests { listener, guard, called });
+        let (attached, called) = (RefCell::new(None), Cell::new(false));
+        self.requests = Some(Requests { listener, attached, called });
         self.resume_requests()?;
         Ok(self)
     }
@@ -85,44 +127,36 @@ where
     /// Requests do not wake any more.
     pub fn pause_requests(&self) {
         if let Some(requests) = &self.requests {
-            requests.guard.replace(None);
+            requests.attached.replace(None);
         }
     }
 
     /// Requests wake again; those that came meanwhile do so at once.
     pub fn resume_requests(&self) -> Result<(), WaitError> {
         if let Some(requests) = &self.requests
-            && requests.guard.borrow().is_none()
+            && requests.attached.borrow().is_none()
         {
-            let guard = self.set.attach_notification(requests.listener);
-            requests.guard.replace(Some(guard.map_err(|error| WaitError(format!("{error:?}")))?));
+            requests.attached.replace(Some(self.set.attach(requests.listener)?));
         }
         Ok(())
     }
 
-    /// Sleeps until something happens or the time is over. Events of the topic are taken from its queue.
+    /// Sleeps until something happens or the time is over.
+    ///
+    /// An event of the topic is taken from its socket by the wait after the one that told of it, which then says
+    /// [`Wake::Event`] once more and at once: whoever receives until there is nothing more and waits again misses nothing. So
+    /// nothing but the wake-up lies between an event and its message, and who is still busy when further messages come
+    /// costs their sender no system call.
     pub fn wait(&self, timeout: Duration) -> Result<Wake, WaitError> {
         if self.stop.is_triggered() {
             return Ok(Wake::Stop);
         }
-        let (mut event, mut request, mut other) = (false, false, false);
-        let requests = self.requests.as_ref().map(|requests| requests.guard.borrow());
-        let requests = requests.as_ref().and_then(|guard| guard.as_ref());
-        let outcome = self.set.wait_and_process_once_with_timeout(
-            |id| {
-                match (&self.listener, requests) {
-                    (Some((_, guard)), _) if id.has_event_from(guard) => event = true,
-                    (_, Some(guard)) if id.has_event_from(guard) => request = true,
-                    _ => other = true,
-                }
-                CallbackProgression::Continue
-            },
-            timeout,
-        );
-        outcome.map_err(|error| WaitError(format!("{error:?}")))?;
-        if event {
-            drain(self.listener.as_ref().map(|(listener, _)| *listener))?;
+        if self.set.is_due.take() {
+            drain(self.listener)?;
+            return Ok(Wake::Event);
         }
+        let (event, request, other) = self.sleep(timeout)?;
+        self.set.is_due.set(event);
         if request && let Some(requests) = &self.requests {
             requests.called.set(true);
             drain(Some(requests.listener))?;
@@ -133,6 +167,18 @@ where
             (_, _, true) => Wake::Other,
             _ => Wake::TimedOut,
         })
+    }
+
+    /// Whether the topic, the control topic or anything else is ready.
+    fn sleep(&self, timeout: Duration) -> Result<(bool, bool, bool), WaitError> {
+        let (mut event, mut request, mut other) = (false, false, false);
+        let comes_from = |source: &EpollEvent, listener: &Listener<S>| matches!(source, EpollEvent::FileDescriptor(source) if source.originates_from(listener.file_descriptor()));
+        self.set.wait(timeout, |source| match (self.listener, &self.requests) {
+            (Some(listener), _) if comes_from(source, listener) => event = true,
+            (_, Some(requests)) if comes_from(source, requests.listener) => request = true,
+            _ => other = true,
+        })?;
+        Ok((event, request, other))
     }
 }
 

@@ -13,7 +13,7 @@ use tagbus_message::frame::{FrameHeader, GREY};
 use tagbus_message::info::{CameraInfo, CameraState};
 use tagbus_message::qos;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 /// Long enough for any machine: only a hanging test gets there.
 const WATCHDOG: Duration = Duration::from_secs(60);
@@ -103,11 +103,14 @@ fn a_waiting_role_is_woken_by_events_and_by_the_stop_request() {
     let stop = Stop::new().unwrap();
     let bus = Bus::<ipc::Service>::start(&ground.domain, "viewer", &stop).unwrap();
     let input = bus.open_frames("cam0", 1, Patience::AtMost(WATCHDOG)).unwrap();
-    let set = wait_set::<ipc::Service>().unwrap();
+    let set = WaitSet::new().unwrap();
     let waiter = Waiter::new(&set, &stop, Some(input.listener())).unwrap();
     assert_eq!(waiter.wait(Duration::from_millis(1)).unwrap(), Wake::TimedOut);
     out.notify().unwrap();
     assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
+    // Taken from its socket, after which is looked once more for what came meanwhile.
+    assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
+    assert_eq!(waiter.wait(Duration::from_millis(1)).unwrap(), Wake::TimedOut);
     let other = stop.clone();
     let trigger = std::thread::spawn(move || other.trigger());
     assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Stop);

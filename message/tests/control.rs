@@ -11,7 +11,7 @@ use tagbus_message::control_ports::{AskError, CameraAsker, CameraDesk};
 use tagbus_message::domain::Domain;
 use tagbus_message::qos;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 /// Long enough for any machine: only a hanging test gets there.
 const WATCHDOG: Duration = Duration::from_secs(60);
@@ -91,8 +91,8 @@ fn a_request_wakes_the_server_and_its_answer_comes_back() {
     let (desk, stop) = (ground.desk(), Stop::new().unwrap());
     let asker = ground.asker();
     assert!(asker.is_served() && asker.is_current());
-    let set = wait_set::<Local>().unwrap();
-    let waiter = Waiter::new(&set, &stop, None).unwrap().with_requests(desk.listener()).unwrap();
+    let set = WaitSet::new().unwrap();
+    let waiter = Waiter::<Local>::new(&set, &stop, None).unwrap().with_requests(desk.listener()).unwrap();
     assert_eq!(waiter.wait(Duration::ZERO).unwrap(), Wake::TimedOut);
     let pending = asker.ask(&request(5)).unwrap();
     assert!(pending.answer().unwrap().is_none());
@@ -107,8 +107,8 @@ fn requests_that_are_paused_do_not_wake_until_they_are_resumed() {
     let ground = Ground::new();
     let (desk, stop) = (ground.desk(), Stop::new().unwrap());
     let asker = ground.asker();
-    let set = wait_set::<Local>().unwrap();
-    let waiter = Waiter::new(&set, &stop, None).unwrap().with_requests(desk.listener()).unwrap();
+    let set = WaitSet::new().unwrap();
+    let waiter = Waiter::<Local>::new(&set, &stop, None).unwrap().with_requests(desk.listener()).unwrap();
     waiter.pause_requests();
     let _pending = asker.ask(&request(1)).unwrap();
     assert_eq!(waiter.wait(Duration::from_millis(20)).unwrap(), Wake::TimedOut);

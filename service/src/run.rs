@@ -9,7 +9,7 @@ use tagbus_message::ports::{DetectionsOut, FramesIn};
 use tagbus_message::qos;
 use tagbus_message::stats::STATS_PERIOD;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{WaitError, Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitError, WaitSet, Waiter, Wake};
 
 use crate::config::ServiceConfig;
 use crate::desk::Desk;
@@ -101,7 +101,7 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
     let tape = Tape::open(&bus, &place.camera, &place.detector, &out)?;
     let touched = out.touched_bytes().unwrap_or(0);
     search.tell(&Report::Ready { reserved: out.reserved(), touched });
-    let set = wait_set::<Local>()?;
+    let set = WaitSet::new()?;
     let mut besides = Besides { desk: Desk::new(&requests, search), tape };
     let mut silence = Silence::new();
     loop {

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::ipc;
 use tagbus_message::info::CameraState;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 use super::agree::{Agreement, Content, NoAgreement, agree};
 use super::controls::{self, Applied, OfDevice};
@@ -197,10 +197,10 @@ impl DeviceCamera<'_> {
     /// Publishes what the device delivers until it breaks off or a stop is asked for.
     fn stream(&mut self, stream: &mut Stream, stop: &Stop) -> Result<Ending, Broken> {
         let trouble = |error: &dyn std::fmt::Display| io::Error::other(error.to_string());
-        let set = wait_set::<ipc::Service>().map_err(|error| trouble(&error))?;
-        let waiter = Waiter::new(&set, stop, None).map_err(|error| trouble(&error))?;
+        let set = WaitSet::new().map_err(|error| trouble(&error))?;
+        let waiter = Waiter::<ipc::Service>::new(&set, stop, None).map_err(|error| trouble(&error))?;
         let readiness = stream.port().readiness()?;
-        let _guard = set.attach_notification(&readiness).map_err(|error| trouble(&format!("{error:?}")))?;
+        let _attached = set.attach(&readiness).map_err(|error| trouble(&error))?;
         let patience = SILENT.max(self.frame_time * SILENT_FRAMES);
         let mut last_frame = Instant::now();
         loop {

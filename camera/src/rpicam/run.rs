@@ -9,7 +9,7 @@ use tagbus_message::clock;
 use tagbus_message::frame::YU12;
 use tagbus_message::info::CameraState;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 use super::program::{Program, Running};
 use super::reader::{FrameReader, Progress};
@@ -146,10 +146,10 @@ impl PipeCamera<'_> {
     /// The outer error is the pipe's, the inner one the camera's.
     fn read(&mut self, running: &mut Running, stop: &Stop) -> io::Result<Result<Over, CameraError>> {
         let trouble = |error: &dyn std::fmt::Debug| io::Error::other(format!("{error:?}"));
-        let set = wait_set::<ipc::Service>().map_err(|error| trouble(&error))?;
-        let waiter = Waiter::new(&set, stop, None).map_err(|error| trouble(&error))?;
+        let set = WaitSet::new().map_err(|error| trouble(&error))?;
+        let waiter = Waiter::<ipc::Service>::new(&set, stop, None).map_err(|error| trouble(&error))?;
         let readiness = running.readiness()?;
-        let _guard = set.attach_notification(&readiness).map_err(|error| trouble(&error))?;
+        let _attached = set.attach(&readiness).map_err(|error| trouble(&error))?;
         let mut reader = FrameReader::new(self.shape);
         let mut controls = NoControls(FIXED_OPTIONS);
         let mut loan = None;

@@ -15,7 +15,7 @@ use tagbus_message::domain::Domain;
 use tagbus_message::frame::FrameHeader;
 use tagbus_message::ports::FramesIn;
 use tagbus_message::stop::Stop;
-use tagbus_message::wait::{Waiter, Wake, wait_set};
+use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 /// Long enough for any machine: only a hanging test gets there.
 pub(crate) const WATCHDOG: Duration = Duration::from_secs(60);
@@ -94,7 +94,7 @@ impl RunningCamera {
 /// Waits for the next frame; the answer is a copy of its checked header and of its picture.
 pub(crate) fn receive(frames: &FramesIn<ipc::Service>) -> (FrameHeader, Vec<u8>) {
     let stop = Stop::new().unwrap();
-    let set = wait_set().unwrap();
+    let set = WaitSet::new().unwrap();
     let waiter = Waiter::new(&set, &stop, Some(frames.listener())).unwrap();
     loop {
         if let Some(sample) = frames.receive().unwrap() {
