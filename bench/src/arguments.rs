@@ -4,8 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser as _;
 use clap::{Parser, Subcommand};
+use tagbus_client::{ConnectOptions, Domain};
 
 use crate::crowd::Order;
+use crate::delay::{Screen, StandInOrder, Switch};
+use crate::latency::{EchoOrder, ListenOrder, ReceiveOrder, Way};
 use crate::hostile::{Attack, AttackOrder};
 use crate::sets::NAMES;
 
@@ -22,11 +25,15 @@ pub(crate) struct Arguments {
 
 const EXAMPLES: &str = "Examples:
   tagbus-bench chaos --kills 60 --startup
+  tagbus-bench clock --check 30
+  tagbus-bench clock --show terminal
+  tagbus-bench clock --led /sys/class/leds/ACT/brightness
   tagbus-bench cpu photo.jpg board.png
   tagbus-bench corners --family tagCustom48h12 --decimate 2
   tagbus-bench corners --gamma 2.2 --cell 5,6,7,8
   cargo run --release -p tagbus-bench --features peers -- cpu --record bench/record/cpu.md photo.jpg
   tagbus-bench false-positives --images photos,boards --record bench/record
+  tagbus-bench latency --clients 1,4 --seconds 10
   tagbus-bench render textured --count 20 --out target/textured
   tagbus-bench soak --minutes 1
   cargo run --release -p tagbus-bench --features peers -- sweep textured --count 10 --record bench/record";
@@ -42,6 +49,12 @@ pub(crate) enum Command {
     /// A client of a machine that this program starts.
     #[command(hide = true)]
     Client(Order),
+    /// How late a camera's stamps are and how old a frame is at a client, measured from outside: with a tag that tells the time, on a
+    /// screen that the camera sees, or with a light.
+    Clock(ClockArguments),
+    /// A stand-in for `rpicam-vid`.
+    #[command(hide = true)]
+    ClockStandIn(StandInOrder),
     /// CPU time per picture of this detector and, with the feature `peers`, of the AprilTag C library, interleaved.
     Cpu(CpuArguments),
     /// How exact corners are on rendered tags and what that costs, for each kind of refinement; and whether decimation
@@ -57,6 +70,18 @@ pub(crate) enum Command {
     Hostile(HostileArguments),
     /// All published families loaded at once: memory, time until ready, time of a look-up, agreement with brute force.
     Index(IndexArguments),
+    /// Sending to waking, from camera to detector and on to clients, and what the bus adds to a detector: beside Unix sockets, pipes
+    /// and (with the feature `zeromq`) ZeroMQ, all of which copy the same frames, and beside the least that a wake-up takes.
+    Latency(LatencyArguments),
+    /// A client of a machine that this program starts.
+    #[command(hide = true)]
+    LatencyClient(ListenOrder),
+    /// A process that answers each wake-up.
+    #[command(hide = true)]
+    LatencyEcho(EchoOrder),
+    /// A receiver of frames that this program sends.
+    #[command(hide = true)]
+    LatencyReceiver(ReceiveOrder),
     /// Two cameras, three detectors and many clients on one domain while parameters change every second: fails when a message mixes
     /// two parameter sets, a change takes effect within a frame, or anybody is refused.
     Many(ManyArguments),
@@ -101,6 +126,70 @@ pub(crate) struct ChaosArguments {
     /// Folder for the page, every kill as CSV and the plot.
     #[arg(long)]
     pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub(crate) struct ClockArguments {
+    /// The domain of camera and detector.
+    #[arg(long, default_value = "tagbus")]
+    pub(crate) domain: String,
+    /// Where the domain keeps its files; by default where every role looks.
+    #[arg(long)]
+    pub(crate) root: Option<PathBuf>,
+    #[arg(long, default_value = "cam0")]
+    pub(crate) camera: String,
+    /// It has to look for tag36h11; not needed with a light.
+    #[arg(long, default_value = "main")]
+    pub(crate) detector: String,
+    /// How long is measured.
+    #[arg(long, default_value_t = 20)]
+    pub(crate) seconds: u32,
+    /// Milliseconds from tag to tag of the pattern. Several times a screen's 17 ms, and no multiple of the camera's frame time.
+    #[arg(long, default_value_t = 47, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) step: u32,
+    /// Shows the pattern while measuring: in this `terminal`, or in a frame buffer such as /dev/fb0. Without it another one shows it.
+    #[arg(long)]
+    pub(crate) show: Option<PathBuf>,
+    /// A light's file into which 1 and 0 are written, such as /sys/class/leds/ACT/brightness, instead of the pattern.
+    #[arg(long, conflicts_with = "show")]
+    pub(crate) led: Option<PathBuf>,
+    /// A command that switches a light and gets 1 or 0 as its last argument, instead of the pattern.
+    #[arg(long, conflicts_with_all = ["show", "led"])]
+    pub(crate) toggle: Option<String>,
+    /// Instead of a real camera one of its own, whose frames are late by so many milliseconds: what is found has to be that.
+    #[arg(long, conflicts_with_all = ["show", "led", "toggle"])]
+    pub(crate) check: Option<u32>,
+    /// The camera of its own sees a light.
+    #[arg(long, requires = "check")]
+    pub(crate) light: bool,
+    /// Frames a second of the camera of its own.
+    #[arg(long, default_value_t = 30, requires = "check")]
+    pub(crate) rate: u32,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+}
+
+impl ClockArguments {
+    /// Whom to listen to.
+    pub(crate) fn options(&self) -> Result<ConnectOptions, crate::Failure> {
+        let domain = match &self.root {
+            Some(root) => Domain::with_root(&self.domain, root)?,
+            None => Domain::new(&self.domain)?,
+        };
+        let options = ConnectOptions::in_domain(domain).camera(&self.camera).detector(&self.detector);
+        Ok(options.deadline(std::time::Duration::from_secs(10)))
+    }
+
+    pub(crate) fn switch(&self) -> Option<Switch> {
+        let file = self.led.clone().map(Switch::File);
+        file.or_else(|| self.toggle.clone().map(Switch::Command))
+    }
+
+    pub(crate) fn screen(&self) -> Option<Screen> {
+        let place = self.show.clone()?;
+        Some(if place == Path::new("terminal") { Screen::Terminal } else { Screen::FrameBuffer(place) })
+    }
 }
 
 #[derive(clap::Args)]
@@ -400,6 +489,34 @@ pub(crate) struct SoakArguments {
 }
 
 #[derive(clap::Args)]
+pub(crate) struct LatencyArguments {
+    /// Size of a frame.
+    #[arg(long, default_value = "1296x964", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    /// Numbers of receivers and of clients, each a process of its own.
+    #[arg(long, value_delimiter = ',', default_value = "1,4,16")]
+    pub(crate) clients: Vec<usize>,
+    /// How long each line is measured, over all rounds.
+    #[arg(long, default_value_t = 20)]
+    pub(crate) seconds: u32,
+    /// Rounds, in each of which every line is measured once.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) rounds: u32,
+    /// Frames a second.
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) rate: u32,
+    /// Only these ways.
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) ways: Vec<Way>,
+    /// The program `tagbus`; by default the one beside this program.
+    #[arg(long)]
+    pub(crate) program: Option<PathBuf>,
+    /// Folder for the page, the figures as CSV and the plot.
+    #[arg(long)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
 pub(crate) struct ManyArguments {
     /// How long, with a change of each detector every second.
     #[arg(long, default_value_t = 60)]
@@ -497,6 +614,16 @@ pub(crate) fn beside_this(named: Option<&Path>) -> Result<PathBuf, std::io::Erro
     Err(std::io::Error::other(format!(
         "{path} is not there: build it (cargo build --release -p tagbus-cli) or name it with --program"
     )))
+}
+
+/// `WIDTHxHEIGHT`.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides =
+        text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    match sides {
+        Some(size @ [16..=8192, 16..=8192]) => Ok(size),
+        _ => Err("a size is WIDTHxHEIGHT, 16 to 8192 pixels each, for example 1296x964".to_owned()),
+    }
 }
 
 fn sets_and_natural() -> Vec<&'static str> {

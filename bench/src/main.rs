@@ -9,9 +9,11 @@ mod corners;
 mod costly;
 mod critical;
 mod crowd;
+mod delay;
 mod false_positives;
 mod hostile;
 mod index;
+mod latency;
 mod machine;
 mod many;
 mod median;
@@ -33,8 +35,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, ChaosArguments, Command, CornersArguments, CostlyArguments, CpuArguments, CriticalArguments,
-    FalsePositivesArguments, HostileArguments, IndexArguments, ManyArguments, PaperArguments,
+    Arguments, ChaosArguments, ClockArguments, Command, CornersArguments, CostlyArguments, CpuArguments, CriticalArguments,
+    FalsePositivesArguments, HostileArguments, IndexArguments, LatencyArguments, ManyArguments, PaperArguments,
     PhasesArguments, RecorderArguments, RecursiveArguments, RenderArguments, SoakArguments, SweepArguments,
     SyscallsArguments, ThreadsArguments,
 };
@@ -51,6 +53,8 @@ fn main() -> ExitCode {
         Command::Critical(arguments) => critical(&arguments),
         Command::Cpu(arguments) => cpu(&arguments),
         Command::Client(order) => crowd::client(&order),
+        Command::Clock(arguments) => clock_of_camera(&arguments),
+        Command::ClockStandIn(order) => delay::stand_in(&order),
         Command::Corners(arguments) => corners(&arguments),
         Command::FalsePositives(arguments) => false_positives(&arguments),
         Command::Costly(arguments) => costly(&arguments),
@@ -58,6 +62,10 @@ fn main() -> ExitCode {
         Command::Paper(arguments) => paper(&arguments),
         Command::Index(arguments) => index(&arguments),
         Command::Recorder(arguments) => recorder(&arguments),
+        Command::Latency(arguments) => latency(&arguments),
+        Command::LatencyClient(order) => latency::listen(&order),
+        Command::LatencyEcho(order) => latency::echo(&order),
+        Command::LatencyReceiver(order) => latency::receive(&order),
         Command::Many(arguments) => many(&arguments),
         Command::Phases(arguments) => phases(&arguments),
         Command::Recursive(arguments) => recursive(&arguments),
@@ -127,6 +135,49 @@ fn critical(arguments: &CriticalArguments) -> Result<(), Failure> {
         &how,
         &page,
     )?)
+}
+
+fn clock_of_camera(arguments: &ClockArguments) -> Result<(), Failure> {
+    let pattern = delay::Pattern::new(arguments.step)?;
+    let duration = Duration::from_secs(arguments.seconds.into());
+    if let Some(delay_ms) = arguments.check {
+        return clock_check(arguments, &pattern, delay_ms);
+    }
+    let options = arguments.options()?;
+    if let Some(switch) = arguments.switch() {
+        print!("{}", delay::light_page(&delay::light(&options, &switch, duration)?));
+        return Ok(());
+    }
+    let stop = tagbus_client::Stop::new()?;
+    let seen = std::thread::scope(|scope| {
+        let screen = arguments.screen();
+        let show = |screen: delay::Screen| screen.show(&pattern, &stop).map_err(|error| error.to_string());
+        let showing = screen.map(|screen| scope.spawn(move || show(screen)));
+        let seen = delay::watch(&options, &pattern, duration);
+        stop.trigger();
+        if let Some(showing) = showing {
+            showing.join().map_err(|_| "showing the pattern panicked")??;
+        }
+        seen
+    })?;
+    print!("{}", delay::tag_page(&seen, &pattern));
+    Ok(())
+}
+
+fn clock_check(arguments: &ClockArguments, pattern: &delay::Pattern, delay_ms: u32) -> Result<(), Failure> {
+    let check = delay::Check {
+        program: arguments::beside_this(arguments.program.as_deref())?,
+        delay_ms,
+        step_ms: arguments.step,
+        rate: arguments.rate,
+        duration: Duration::from_secs(arguments.seconds.into()),
+        light: arguments.light,
+    };
+    match delay::check(&check)? {
+        delay::Found::Tag(seen) => print!("{}", delay::tag_page(&seen, pattern)),
+        delay::Found::Light(light) => print!("{}", delay::light_page(&light)),
+    }
+    Ok(())
 }
 
 fn cpu(arguments: &CpuArguments) -> Result<(), Failure> {
@@ -273,6 +324,35 @@ fn recorder(arguments: &RecorderArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+fn latency(arguments: &LatencyArguments) -> Result<(), Failure> {
+    let LatencyArguments { size, clients, seconds, rounds, rate, ways, program, record } = arguments;
+    let plan = latency::Plan {
+        program: arguments::beside_this(program.as_deref())?,
+        size: *size,
+        clients: clients.clone(),
+        seconds: *seconds,
+        rounds: *rounds as usize,
+        rate: *rate,
+        ways: ways.clone(),
+    };
+    let outcome = latency::run(&plan)?;
+    let page = latency::page(&outcome);
+    print!("{page}");
+    let Some(folder) = record else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    latency::figure(&outcome, &folder.join("latency.svg"))?;
+    std::fs::write(folder.join("latency.csv"), latency::csv(&outcome))?;
+    let [width, height] = size;
+    let counts: Vec<String> = clients.iter().map(ToString::to_string).collect();
+    let how = format!(
+        "`tagbus-bench latency --size {width}x{height} --clients {} --seconds {seconds} --rounds {rounds} --rate {rate}`; {}",
+        counts.join(","),
+        latency::HOW
+    );
+    let page = format!("[Distributions](latency.svg), [quantiles](latency.csv)\n\n{page}");
+    Ok(record::write_page(&folder.join("latency.md"), "How long a frame takes", &how, &page)?)
+}
+
 fn many(arguments: &ManyArguments) -> Result<(), Failure> {
     let ManyArguments { seconds, clients, rate, program, record } = arguments;
     let program = arguments::beside_this(program.as_deref())?;
@@ -395,11 +475,11 @@ fn syscalls(arguments: &SyscallsArguments) -> Result<(), Failure> {
     let how = format!(
         "`tagbus-bench syscalls --seconds {seconds} --rate {rate}`: an empty frame of 640x480, one detector with one thread (`--always`), \
          after three seconds of warm-up; first CPU time of the detector's process (schedstat) from frame to frame, waiting, \
-         receiving, searching, sending and waking all clients together, then `strace -c -f` on all its threads"
+         receiving, searching, sending and waking all clients together, then `strace -c -f` on all its threads, and at last on a client"
     );
     Ok(record::write_page(
         &folder.join("syscalls.md"),
-        "CPU time and system calls of a detector",
+        "CPU time and system calls of a detector and a client",
         &how,
         &page,
     )?)

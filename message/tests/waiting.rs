@@ -81,7 +81,7 @@ fn no_message_is_missed_wherever_it_meets_its_receiver() {
             let (input, stop, set) = (ground.viewer(), Stop::new().unwrap(), WaitSet::new().unwrap());
             set.keep(&stop).unwrap();
             set.keep(input.listener()).unwrap();
-            receive_until(MESSAGES, &input, &Waiter::of_kept(&set, &stop, input.listener()), &seen);
+            receive_until(MESSAGES, &input, &Waiter::of_kept(&set, &stop, Some(input.listener())), &seen);
         });
         while out.subscribers() == 0 {
             std::thread::sleep(Duration::from_millis(1));

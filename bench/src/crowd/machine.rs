@@ -99,6 +99,8 @@ pub(crate) struct Machine {
     program: PathBuf,
     pub(crate) domain: Domain,
     pub(crate) members: Vec<Member>,
+    /// A folder whose programs roles find before all others.
+    pub(crate) programs: Option<PathBuf>,
 }
 
 impl Machine {
@@ -108,7 +110,7 @@ impl Machine {
         let name = format!("crowd{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
         // Short, because paths of sockets are.
         let domain = Domain::with_root(&name, std::env::temp_dir().join(&name))?;
-        Ok(Self { program: program.to_owned(), domain, members: Vec::new() })
+        Ok(Self { program: program.to_owned(), domain, members: Vec::new(), programs: None })
     }
 
     pub(crate) fn camera(&mut self, name: &str, flags: &[String]) -> Result<(), Failure> {
@@ -125,6 +127,11 @@ impl Machine {
         command.args(["--camera", place[0]]).args(flags);
         if part == Part::Detector {
             command.args(["--detector", place[1]]);
+        }
+        if let Some(folder) = &self.programs {
+            let others = std::env::var_os("PATH").unwrap_or_default();
+            let folders = std::iter::once(folder.clone()).chain(std::env::split_paths(&others));
+            command.env("PATH", std::env::join_paths(folders)?);
         }
         // Apart from the configuration of whoever runs this.
         command.env("XDG_CONFIG_HOME", "/nonexistent");

@@ -6,6 +6,6 @@ mod picture;
 mod tally;
 
 pub(crate) use client::{Order, Temper, client};
-pub(crate) use machine::{Machine, Part};
+pub(crate) use machine::{Machine, Member, Part};
 pub(crate) use picture::PlayedPicture;
 pub(crate) use tally::{InForce, Tally};

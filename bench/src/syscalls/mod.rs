@@ -1,4 +1,4 @@
-//! CPU time and system calls of a running detector for each empty frame, the latter counted by strace.
+//! CPU time and system calls of a running detector and of one of its clients for each empty frame, the latter counted by strace.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use tagbus_client::control::DetectorControl;
 
 use crate::Failure;
-use crate::crowd::{Machine, Part, Temper};
+use crate::crowd::{Machine, Member, Part, Temper};
 
 /// What is counted how long.
 pub(crate) struct Plan {
@@ -34,6 +34,8 @@ struct Counted {
     /// Times in which no frame came for three frame times, and the dead were looked for, while calls were counted.
     silences: u64,
     calls: Vec<Calls>,
+    /// Messages that were sent while the calls of a client were counted, and these; nothing without clients.
+    of_client: Option<(u64, Vec<Calls>)>,
 }
 
 /// One call and how often it was made.
@@ -45,21 +47,28 @@ struct Calls {
 /// A line for each number of clients.
 pub(crate) fn run(plan: &Plan) -> Result<String, Failure> {
     let mut text = String::from(
-        "| clients | CPU us a frame | frames traced | silences | system calls a frame | which, a frame |\n|---:|---:|---:|---:|---:|---|\n",
+        "| clients | CPU us a frame | frames traced | silences | system calls a frame | which, a frame | of a client, a message | which |\n\
+         |---:|---:|---:|---:|---:|---|---:|---|\n",
     );
     for &clients in &plan.clients {
-        let Counted { cpu_us, frames, silences, calls } = count(plan, clients)?;
-        let share = |count: u64| count as f64 / frames.max(1) as f64;
-        let all = calls.iter().map(|calls| calls.count).sum();
-        let each: Vec<String> =
-            calls.iter().map(|calls| format!("{} {:.2}", calls.name, share(calls.count))).collect();
+        let Counted { cpu_us, frames, silences, calls, of_client } = count(plan, clients)?;
+        let of_client =
+            of_client.map_or_else(|| "- | -".to_owned(), |(messages, calls)| each(&calls, messages));
         text += &format!(
-            "| {clients} | {cpu_us:.1} | {frames} | {silences} | {:.2} | {} |\n",
-            share(all),
-            each.join(", ")
+            "| {clients} | {cpu_us:.1} | {frames} | {silences} | {} | {of_client} |\n",
+            each(&calls, frames)
         );
     }
     Ok(text)
+}
+
+/// All calls together and each of them, by frame.
+fn each(calls: &[Calls], frames: u64) -> String {
+    let share = |count: u64| count as f64 / frames.max(1) as f64;
+    let all = calls.iter().map(|calls| calls.count).sum();
+    let each: Vec<String> =
+        calls.iter().map(|calls| format!("{} {:.2}", calls.name, share(calls.count))).collect();
+    format!("{:.2} | {}", share(all), each.join(", "))
 }
 
 fn count(plan: &Plan, clients: usize) -> Result<Counted, Failure> {
@@ -90,12 +99,21 @@ fn count_of(plan: &Plan, clients: usize, mut machine: Machine) -> Result<Counted
     let (cpu_after, before) = (cpu_ns(number)?, asking.get()?.statistics);
     let calls = strace(number, duration)?;
     let after = asking.get()?.statistics;
+    let client = machine.members.iter().find(|member| matches!(member.part, Part::Client(_)));
+    let of_client = match client.map(Member::number) {
+        Some(client) => {
+            let calls = strace(client, duration)?;
+            Some((asking.get()?.statistics.messages_sent - after.messages_sent, calls))
+        }
+        None => None,
+    };
     let frames = (before.frames_searched - first.frames_searched).max(1);
     let cpu_us = (cpu_after - cpu_before) as f64 / 1e3 / frames as f64;
     drop(asking);
     machine.end()?;
     let frames = after.frames_searched - before.frames_searched;
-    Ok(Counted { cpu_us, frames, silences: after.deadlines_missed - before.deadlines_missed, calls })
+    let silences = after.deadlines_missed - before.deadlines_missed;
+    Ok(Counted { cpu_us, frames, silences, calls, of_client })
 }
 
 /// Flat grey, as a PGM file.
@@ -107,7 +125,7 @@ fn empty_picture() -> Vec<u8> {
 }
 
 /// CPU time of all threads of a process, nanoseconds.
-fn cpu_ns(process: u32) -> io::Result<u64> {
+pub(crate) fn cpu_ns(process: u32) -> io::Result<u64> {
     let mut sum = 0;
     for thread in fs::read_dir(format!("/proc/{process}/task"))? {
         let text = fs::read_to_string(thread?.path().join("schedstat"))?;
