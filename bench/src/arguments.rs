@@ -8,8 +8,8 @@ use tagbus_client::{ConnectOptions, Domain};
 
 use crate::crowd::Order;
 use crate::delay::{Screen, StandInOrder, Switch};
-use crate::latency::{EchoOrder, ListenOrder, ReceiveOrder, Way};
 use crate::hostile::{Attack, AttackOrder};
+use crate::latency::{EchoOrder, ListenOrder, ReceiveOrder, Way};
 use crate::sets::NAMES;
 
 /// The set of pictures that the user names.

@@ -35,10 +35,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use arguments::{
-    Arguments, ChaosArguments, ClockArguments, Command, CornersArguments, CostlyArguments, CpuArguments, CriticalArguments,
-    FalsePositivesArguments, HostileArguments, IndexArguments, LatencyArguments, ManyArguments, PaperArguments,
-    PhasesArguments, RecorderArguments, RecursiveArguments, RenderArguments, SoakArguments, SweepArguments,
-    SyscallsArguments, ThreadsArguments,
+    Arguments, ChaosArguments, ClockArguments, Command, CornersArguments, CostlyArguments, CpuArguments,
+    CriticalArguments, FalsePositivesArguments, HostileArguments, IndexArguments, LatencyArguments,
+    ManyArguments, PaperArguments, PhasesArguments, RecorderArguments, RecursiveArguments, RenderArguments,
+    SoakArguments, SweepArguments, SyscallsArguments, ThreadsArguments,
 };
 use clap::Parser as _;
 use tagbus_family::Family;

@@ -42,6 +42,8 @@ const MAX_SERVERS: usize = 1;
 
 type Round<S, Q, A> = VecDeque<ActiveRequest<S, Q, (), A, ()>>;
 type Services<S, Q, A> = (AskService<S, Q, (), A, ()>, EventService<S>);
+type Answering<S, Q, A> = (Server<S, Q, (), A, ()>, Listener<S>, Services<S, Q, A>);
+type Asking<S, Q, A> = (Client<S, Q, (), A, ()>, Notifier<S>, Services<S, Q, A>);
 
 /// A control topic, seen from the role that answers.
 #[derive(Debug)]
@@ -52,7 +54,7 @@ pub struct ControlServer<
 > {
     /// Requests of this round that were not handled yet. While one of a client is here, no further one is taken of it.
     round: RefCell<Round<S, Q, A>>,
-    held: Held<(Server<S, Q, (), A, ()>, Listener<S>, Services<S, Q, A>)>,
+    held: Held<Answering<S, Q, A>>,
     _bus: Bus<S>,
 }
 
@@ -63,7 +65,7 @@ pub struct ControlClient<
     Q: Debug + Copy + ZeroCopySend + 'static,
     A: Debug + Copy + ZeroCopySend + 'static,
 > {
-    held: Held<(Client<S, Q, (), A, ()>, Notifier<S>, Services<S, Q, A>)>,
+    held: Held<Asking<S, Q, A>>,
     bus: Bus<S>,
 }
 

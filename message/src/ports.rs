@@ -207,10 +207,13 @@ pub(crate) fn remember<S: Service, F: PortFactory>(
     })
 }
 
+type TellingInfo<S> = (Publisher<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>);
+type HearingInfo<S> = (Subscriber<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>);
+
 /// The info topic of a camera. It has no event: whoever wants to know looks.
 #[derive(Debug)]
 pub struct InfoOut<S: Service> {
-    held: Held<(Publisher<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>)>,
+    held: Held<TellingInfo<S>>,
     _bus: Bus<S>,
 }
 
@@ -230,7 +233,7 @@ impl<S: Service> InfoOut<S> {
 /// The info topic of anybody else.
 #[derive(Debug)]
 pub struct InfoIn<S: Service> {
-    held: Held<(Subscriber<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>)>,
+    held: Held<HearingInfo<S>>,
     _bus: Bus<S>,
 }
 

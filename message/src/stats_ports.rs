@@ -7,21 +7,26 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, CallbackProgression, PortFactory as _, Service, ZeroCopySend};
+use iceoryx2::prelude::{
+    BackpressureStrategy, CallbackProgression, MessagingPattern, PortFactory as _, Service, ZeroCopySend,
+};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::bus::{Bus, BusError, Part, Patience};
 use crate::domain::DomainError;
-use crate::ports::service_name;
+use crate::held::Held;
+use crate::ports::{remember, service_name};
 use crate::qos::{self, STATS};
 use crate::stats::{CameraStats, ClientStats, DetectorStats, STATS_PERIOD, Stats};
 use crate::topics;
 
+type Telling<S, T> = (Publisher<S, T, ()>, PortFactory<S, T, ()>);
+type Hearing<S, T> = (Subscriber<S, T, ()>, PortFactory<S, T, ()>);
+
 /// A topic of the recorder, as one who publishes has it.
 #[derive(Debug)]
 pub struct StatsOut<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
-    publisher: Publisher<S, T, ()>,
-    _service: PortFactory<S, T, ()>,
+    held: Held<Telling<S, T>>,
     _bus: Bus<S>,
     published: Instant,
 }
@@ -29,15 +34,14 @@ pub struct StatsOut<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
 /// A topic of the recorder, as one who reads has it.
 #[derive(Debug)]
 pub struct StatsIn<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
-    subscriber: Subscriber<S, T, ()>,
-    service: PortFactory<S, T, ()>,
+    held: Held<Hearing<S, T>>,
     _bus: Bus<S>,
 }
 
 /// Keeps the topic of a detector's clients there, for those who come.
 #[derive(Debug)]
 pub struct ClientsTopic<S: Service> {
-    _service: PortFactory<S, ClientStats, ()>,
+    _held: Held<PortFactory<S, ClientStats, ()>>,
     _bus: Bus<S>,
 }
 
@@ -51,7 +55,7 @@ impl<S: Service, T: Debug + ZeroCopySend + Copy> StatsOut<S, T> {
     /// Publishes a copy. That it reaches nobody is no error: what it says is said again.
     pub fn publish(&mut self, stats: &T) {
         self.published = Instant::now();
-        let _ = self.publisher.send_copy(*stats);
+        let _ = self.held.get().0.send_copy(*stats);
     }
 }
 
@@ -63,7 +67,7 @@ impl<S: Service, T: Debug + ZeroCopySend + Stats> StatsIn<S, T> {
 
     /// The same, with the number of its publisher.
     pub fn next_with_publisher(&self) -> Result<Option<(u128, T)>, ReceiveError> {
-        while let Some(sample) = self.subscriber.receive()? {
+        while let Some(sample) = self.held.get().0.receive()? {
             // Copied out once, then checked, then used.
             let stats = *sample;
             if stats.checked().is_ok() {
@@ -78,7 +82,7 @@ impl<S: Service, T: Debug + ZeroCopySend + Stats> StatsIn<S, T> {
     #[must_use]
     pub fn publishers(&self) -> BTreeMap<u128, u32> {
         let mut publishers = BTreeMap::new();
-        self.service.dynamic_config().list_publishers(|details| {
+        self.held.get().1.dynamic_config().list_publishers(|details| {
             let process = details.node_id.pid::<S>().map_or(0, |process| process.value() as u32);
             publishers.insert(details.publisher_id.value(), process);
             CallbackProgression::Continue
@@ -125,7 +129,8 @@ impl<S: Service> Bus<S> {
     pub fn create_clients_topic(&self, camera: &str, detector: &str) -> Result<ClientsTopic<S>, BusError> {
         let topic = topics::client_stats(camera, detector)?;
         let service = self.stats_service(&topic, qos::MAX_CLIENT_STATS, Part::Producer, Patience::Endless)?;
-        Ok(ClientsTopic { _service: service, _bus: self.clone() })
+        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
+        Ok(ClientsTopic { _held: Held::new(service, described, self.domain()), _bus: self.clone() })
     }
 
     /// A client's place on that topic, where it is there. Tried once: a client has better things to do than to wait for it.
@@ -193,7 +198,9 @@ impl<S: Service> Bus<S> {
                 .backpressure_strategy(BackpressureStrategy::DiscardData)
                 .create()
         })?;
-        Ok(StatsOut { publisher, _service: service, _bus: self.clone(), published: Instant::now() })
+        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
+        let held = Held::new((publisher, service), described, self.domain());
+        Ok(StatsOut { held, _bus: self.clone(), published: Instant::now() })
     }
 
     fn stats_in<T: Debug + ZeroCopySend + Copy>(
@@ -205,6 +212,7 @@ impl<S: Service> Bus<S> {
         let service = self.stats_service(&topic, 0, Part::Consumer, patience)?;
         let subscriber =
             self.persist(&topic, Part::Consumer, patience, || service.subscriber_builder().create())?;
-        Ok(StatsIn { subscriber, service, _bus: self.clone() })
+        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
+        Ok(StatsIn { held: Held::new((subscriber, service), described, self.domain()), _bus: self.clone() })
     }
 }

@@ -57,7 +57,8 @@ mod tests {
     #[test]
     fn what_attackers_break_is_a_fault() {
         assert_eq!(faults_when(|_| ()), Vec::<String>::new());
-        let spoils: [(fn(&mut Outcome), &str); 6] = [
+        type Spoil = fn(&mut Outcome);
+        let spoils: [(Spoil, &str); 6] = [
             (|outcome| outcome.tallies[0].unaccounted = 1, "client 0"),
             (|outcome| outcome.attacks[0].hostile[0].received = 0, "during hoard"),
             (|outcome| outcome.attacks[0].hostile[0].deeds = 0, "during hoard"),
