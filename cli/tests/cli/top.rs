@@ -232,11 +232,17 @@ fn number(samples: &[Sample], metric: &str, labels: &[(&str, &str)]) -> f64 {
     }
 }
 
-fn buckets<'a>(samples: &'a [Sample], hop: &str) -> &'a [HistogramCount] {
-    match find(samples, "tagbus_hop_seconds", &[("hop", hop)]) {
-        Some(Value::Histogram(buckets)) => buckets,
+/// The buckets of the one series of a hop. The parser makes several of it, because it takes labels in any order.
+fn buckets(samples: &[Sample], hop: &str) -> Vec<HistogramCount> {
+    let of_hop =
+        |sample: &&Sample| sample.metric == "tagbus_hop_seconds" && sample.labels.get("hop") == Some(hop);
+    let of_sample = |sample: &Sample| match &sample.value {
+        Value::Histogram(buckets) => buckets.clone(),
         other => panic!("the histogram of {hop} is {other:?}"),
-    }
+    };
+    let mut all: Vec<_> = samples.iter().filter(of_hop).flat_map(of_sample).collect();
+    all.sort_by(|a, b| a.less_than.total_cmp(&b.less_than));
+    all
 }
 
 #[test]
