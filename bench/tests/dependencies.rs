@@ -31,8 +31,9 @@ const ROOMS: [Room; 11] = [
     room("scene", &["family"], &[]),
     room("detector", &["family"], &["nalgebra"]),
     // Parts of iceoryx2: iceoryx2-bb-posix reads the clock, iceoryx2-bb-linux waits.
-    room("message", &[], &["iceoryx2", "iceoryx2-bb-posix", "iceoryx2-bb-linux"]),
-    room("camera", &["message", "scene"], &["iceoryx2", "v4l", "libc", "rustix", "image", "zune-jpeg", "zune-core"]),
+    room("message", &[], &["iceoryx2", "iceoryx2-bb-posix", "iceoryx2-bb-linux", "rustix"]),
+    room("camera", &["message", "scene"],
+        &["iceoryx2", "v4l", "libcamera", "dma-buf", "libc", "rustix", "image", "zune-jpeg", "zune-core"]),
     room("service", &["message", "detector", "family"], &["iceoryx2"]),
     // Robot programs link this: its tree is kept tiny.
     room("client", &["message"], &["iceoryx2"]),

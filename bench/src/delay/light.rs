@@ -199,9 +199,10 @@ mod tests {
             .collect();
         let light = judge(&steps, &looks).unwrap();
         assert!(light.steps > 50 && light.contrast == 50.0);
-        let [least, most] = light.delays[0].common_ms().unwrap();
-        assert!(least <= 12.0 && 12.0 <= most && most - least < 3.0, "{least} {most}");
-        assert!((light.delays[1].quantile_ms(0.5) - 13.0).abs() < 2.0);
+        for (delays, known_ms) in light.delays.iter().zip([12.0, 13.0]) {
+            let [least, most] = delays.common_ms().unwrap();
+            assert!(least <= known_ms && known_ms <= most && most - least < 3.0, "{least} {most}");
+        }
         assert!(light.delays[2].quantile_ms(0.5) > 17.0);
     }
 
