@@ -61,7 +61,7 @@ fn every_way_is_measured_beside_the_floor_and_the_pipeline() {
         "--clients",
         "1,2",
         "--seconds",
-        "2",
+        "1",
         "--rounds",
         "2",
         "--rate",
