@@ -86,12 +86,15 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
     Ok(Outcome { recoveries, storage: [before, after], complaints })
 }
 
+/// Clients begin to publish what they count half a second after they connected.
+const LATECOMERS: Duration = Duration::from_millis(1500);
+
 /// What is stored once nobody makes anything any more.
 fn settled(machine: &Machine) -> Result<Storage, Failure> {
     machine.visit()?;
     let last = std::cell::RefCell::new(Storage::default());
     machine.wait_for_storage("files do not settle", |now| {
-        thread::sleep(Duration::from_millis(200));
+        thread::sleep(LATECOMERS);
         let same = last.borrow().is_like(now);
         last.replace(now.clone());
         same
