@@ -16,7 +16,7 @@ SET_UP = tools/toolchain && tools/libclang '$(TARGET)/build.env' && . '$(TARGET)
 ALL = --release --workspace $$features
 
 .DEFAULT_GOAL := help
-.PHONY: help run test vm build lint format-check clippy doc
+.PHONY: help run test vm dist build lint format-check clippy doc
 
 help: ## say what there is to make
 	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' $(MAKEFILE_LIST) | while IFS='|' read -r name text; do \
@@ -40,6 +40,9 @@ test: ## set up what is missing and run every test (real pictures: TAGBUS_TEST_D
 
 vm: ## test cameras with drivers of a real kernel in a virtual machine (x86-64 Debian; ARCH=aarch64, CASES=a group or a pattern)
 	@exec tests/vm/run '$(ARCH)' '$(CASES)'
+
+dist: ## build what goes onto a robot, which wakes sooner and takes minutes to build: target/dist/tagbus
+	@$(SET_UP) && exec cargo build --profile dist -p tagbus-cli $$features
 
 build: ## build everything; the program is then target/release/tagbus
 	@$(SET_UP) && exec cargo build $(ALL)

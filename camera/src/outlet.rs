@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
 use iceoryx2::prelude::ipc;
-use tagbus_message::bus::Bus;
+use tagbus_message::bus::{Bus, BusError};
 use tagbus_message::clock;
 use tagbus_message::frame::Fourcc;
 use tagbus_message::info::{CameraInfo, CameraState};
@@ -73,7 +73,7 @@ impl<'a> Outlet<'a> {
         let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
         let info_out = bus.create_info(&config.camera)?;
         let desk = Desk::new(bus.create_camera_control(&config.camera)?);
-        let tape = bus.create_camera_stats(&config.camera)?;
+        let tape = bus.camera_stats(&config.camera).map_err(BusError::from)?;
         report(CameraEvent::Started { shape, reserved: frames.reserved(), space });
         let info = describe(config, offer);
         let epoch = Epoch { number: info.epoch, info_number: 1, frame_time: offer.frame_time };
@@ -206,10 +206,16 @@ impl<'a> Outlet<'a> {
     /// when there is nothing to do, hardly any time passes.
     pub(crate) fn answer(&mut self, controls: &mut dyn Controls) {
         if self.tape.is_due() {
-            self.tape.publish(self.publisher.stats(self.info.state));
+            self.publish_stats();
         }
         let Self { publisher, info_out, desk, info, summary, .. } = self;
         desk.look(summary, info, controls, &mut |info| announce(info, publisher, info_out));
+    }
+
+    fn publish_stats(&mut self) {
+        if let Err(error) = self.tape.publish(self.publisher.stats(self.info.state)) {
+            self.tell(CameraEvent::NoStats(error));
+        }
     }
 
     /// Tells the user.

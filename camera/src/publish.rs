@@ -9,7 +9,8 @@ use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
 use tagbus_message::info::CameraInfo;
 use tagbus_message::ports::FramesOut;
 use tagbus_message::qos::FRAMES;
-use tagbus_message::stats::CameraStats;
+use tagbus_message::stats::{CAMERA_HOPS, CameraStats};
+use tagbus_message::tally::{Tally, UNKNOWN, between};
 
 use crate::format::FrameShape;
 use crate::loan::{self, Loan};
@@ -74,6 +75,7 @@ pub(crate) struct FramePublisher {
     next_sequence: u64,
     exposure_ns: u64,
     stats: Box<CameraStats>,
+    tally: Tally<{ CAMERA_HOPS.len() }>,
     /// Addresses of the pieces of memory that have all their pages.
     provided: Vec<usize>,
 }
@@ -109,6 +111,7 @@ impl FramePublisher {
             next_sequence: 0,
             exposure_ns: 0,
             stats,
+            tally: Tally::default(),
             provided,
         }
     }
@@ -170,11 +173,11 @@ impl FramePublisher {
             lost_no_loan: lost.no_loan.try_into().unwrap_or(u32::MAX),
             ..self.template
         })?;
-        self.count(&filled, moment, publish_ns, lost);
         if self.frames.notify().is_err() {
             // A listener died without leaving; with its remains away the next frame wakes the others as ever.
             self.frames.bus().clean_up_dead();
         }
+        self.count(&filled, moment, publish_ns, lost);
         Ok(())
     }
 
@@ -191,10 +194,12 @@ impl FramePublisher {
         stats.lost_in_driver += lost.in_driver;
         stats.lost_damaged += lost.damaged;
         stats.lost_no_loan += lost.no_loan;
+        let mut hops = [UNKNOWN; CAMERA_HOPS.len()];
         if moment.kind != CaptureKind::Dequeue && moment.clock == ClockKind::Monotonic {
-            stats.hops[CAPTURE].record(moment.capture_ns, moment.dequeue_ns);
+            hops[CAPTURE] = between(moment.capture_ns, moment.dequeue_ns);
         }
-        stats.hops[PUBLISH].record(moment.dequeue_ns, publish_ns);
+        hops[PUBLISH] = between(moment.dequeue_ns, publish_ns);
+        self.tally.frame(hops, &mut stats.hops);
     }
 
     /// Counts a stamp that cannot be right.
@@ -205,6 +210,7 @@ impl FramePublisher {
 
     /// What was counted, with the memory that is in use now.
     pub(crate) fn stats(&mut self, state: u32) -> &CameraStats {
+        self.tally.count(&mut self.stats.hops);
         self.stats.state = state;
         self.stats.touched_bytes = self.frames.touched_bytes().unwrap_or(0);
         self.stats.written_ns = clock::monotonic_ns();

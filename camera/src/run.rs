@@ -104,6 +104,8 @@ pub enum CameraEvent {
     },
     /// The topic's files in shared memory were removed by force; the camera begins anew.
     Removed,
+    /// What is counted cannot be published: nobody can watch this camera.
+    NoStats(BusError),
     /// A frame did not reach every subscriber; what dead processes held was taken back.
     NotSent {
         /// What iceoryx2 says.
@@ -153,6 +155,7 @@ impl fmt::Display for CameraEvent {
                 f,
                 "its files in {SHARED_MEMORY} were removed (logind does that at logout, see RemoveIPC=): beginning anew"
             ),
+            Self::NoStats(error) => write!(f, "nobody can watch this camera: {error}"),
             Self::NotSent { error, dead } => {
                 write!(
                     f,

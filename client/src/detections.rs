@@ -37,11 +37,13 @@ pub struct Detections {
 impl Client {
     /// Connects to a detector; waits for it where it does not run yet.
     pub fn connect(options: &ConnectOptions) -> Result<Self, ConnectError> {
-        let (camera, detector) = (options.camera.clone(), options.detector.clone());
-        let recorder = Recorder::new(&options.name, &camera, &detector);
+        let ConnectOptions { camera, detector, .. } = options;
         let publisher = format!("detector {detector} of camera {camera}");
-        let open = move |bus: &_, patience| Bus::open_detections(bus, &camera, &detector, patience);
+        let place = (camera.clone(), detector.clone());
+        let open = move |bus: &_, patience| Bus::open_detections(bus, &place.0, &place.1, patience);
         let feed = Feed::connect(options, &publisher, qos::DETECTIONS.borrowed, Box::new(open))?;
+        let recorder = Recorder::new(feed.bus(), &options.name, camera, detector)
+            .map_err(|error| ConnectError::Bus(error.into()))?;
         Ok(Self { feed, refused: 0, recorder, delay: options.delay })
     }
 
@@ -52,7 +54,7 @@ impl Client {
     pub fn receive(&mut self, timeout: Duration) -> Result<Option<Detections>, ReceiveError> {
         let started = Instant::now();
         loop {
-            self.recorder.look(self.feed.bus());
+            self.recorder.look();
             let left = timeout.saturating_sub(started.elapsed());
             let Some(message) = self.feed.receive(left.min(STATS_PERIOD))? else {
                 // Between two copies of what is counted nothing may have come.
@@ -69,7 +71,7 @@ impl Client {
 
     /// The newest message that was not received yet, without waiting; older ones are skipped.
     pub fn latest(&mut self) -> Result<Option<Detections>, ReceiveError> {
-        self.recorder.look(self.feed.bus());
+        self.recorder.look();
         Ok(self.feed.newest()?.and_then(|message| self.check(message)))
     }
 

@@ -63,7 +63,7 @@ pub enum Patience {
 }
 
 /// Who made or makes a topic: what a role does about one that is not there.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// Makes what is not there.
     Producer,

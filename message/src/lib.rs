@@ -49,6 +49,7 @@ pub mod room;
 pub mod stats;
 pub mod stats_ports;
 pub mod stop;
+pub mod tally;
 mod sweep;
 pub mod text;
 pub mod topics;

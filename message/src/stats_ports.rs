@@ -23,12 +23,20 @@ use crate::topics;
 type Telling<S, T> = (Publisher<S, T, ()>, PortFactory<S, T, ()>);
 type Hearing<S, T> = (Subscriber<S, T, ()>, PortFactory<S, T, ()>);
 
-/// A topic of the recorder, as one who publishes has it.
+/// How long is tried to make a topic. What is left of one who was killed is taken away in less; others wait meanwhile.
+const PATIENCE: Duration = Duration::from_millis(100);
+/// Pause after it could not be had.
+const TRY_AGAIN: Duration = Duration::from_secs(1);
+
+/// A topic of the recorder, as one who publishes has it. It is made or joined when it is due for the first time: roles start
+/// sooner so.
 #[derive(Debug)]
 pub struct StatsOut<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
-    held: Held<Telling<S, T>>,
-    _bus: Bus<S>,
-    published: Instant,
+    held: Option<Held<Telling<S, T>>>,
+    bus: Bus<S>,
+    topic: String,
+    part: Part,
+    due: Instant,
 }
 
 /// A topic of the recorder, as one who reads has it.
@@ -38,24 +46,50 @@ pub struct StatsIn<S: Service, T: Debug + ZeroCopySend + Copy + 'static> {
     _bus: Bus<S>,
 }
 
-/// Keeps the topic of a detector's clients there, for those who come.
+/// Keeps the topic of a detector's clients there, for those who come, from the first time on that it is looked after.
 #[derive(Debug)]
 pub struct ClientsTopic<S: Service> {
-    _held: Held<PortFactory<S, ClientStats, ()>>,
-    _bus: Bus<S>,
+    held: Option<Held<PortFactory<S, ClientStats, ()>>>,
+    bus: Bus<S>,
+    topic: String,
 }
 
 impl<S: Service, T: Debug + ZeroCopySend + Copy> StatsOut<S, T> {
+    fn new(bus: &Bus<S>, topic: String, part: Part) -> Self {
+        Self { held: None, bus: bus.clone(), topic, part, due: Instant::now() + STATS_PERIOD }
+    }
+
     /// Whether it is time to publish again.
     #[must_use]
     pub fn is_due(&self) -> bool {
-        self.published.elapsed() >= STATS_PERIOD
+        Instant::now() >= self.due
     }
 
-    /// Publishes a copy. That it reaches nobody is no error: what it says is said again.
-    pub fn publish(&mut self, stats: &T) {
-        self.published = Instant::now();
-        let _ = self.held.get().0.send_copy(*stats);
+    /// Publishes a copy. That it reaches nobody is no error: what it says is said again. Errors are that the topic cannot be had;
+    /// it is tried again when this is due again.
+    pub fn publish(&mut self, stats: &T) -> Result<(), BusError> {
+        self.due = Instant::now() + TRY_AGAIN;
+        let held = match &mut self.held {
+            Some(held) => held,
+            empty => empty.insert(self.bus.join_stats(&self.topic, self.part)?),
+        };
+        self.due = Instant::now() + STATS_PERIOD;
+        let _ = held.get().0.send_copy(*stats);
+        Ok(())
+    }
+}
+
+impl<S: Service> ClientsTopic<S> {
+    /// Makes the topic unless it is there. Errors are that it cannot be had.
+    pub fn look(&mut self) -> Result<(), BusError> {
+        if self.held.is_none() {
+            let (bus, part) = (&self.bus, Part::Producer);
+            let service =
+                bus.stats_service(&self.topic, qos::MAX_CLIENT_STATS, part, Patience::AtMost(PATIENCE))?;
+            let described = [remember(&service, MessagingPattern::PublishSubscribe, bus)];
+            self.held = Some(Held::new(service, described, bus.domain()));
+        }
+        Ok(())
     }
 }
 
@@ -92,9 +126,9 @@ impl<S: Service, T: Debug + ZeroCopySend + Stats> StatsIn<S, T> {
 }
 
 impl<S: Service> Bus<S> {
-    /// Makes the topic of a camera's statistics.
-    pub fn create_camera_stats(&self, camera: &str) -> Result<StatsOut<S, CameraStats>, BusError> {
-        self.stats_out(topics::camera_stats(camera), 1, Part::Producer, Patience::Endless)
+    /// The topic of a camera's statistics, of which there is one publisher.
+    pub fn camera_stats(&self, camera: &str) -> Result<StatsOut<S, CameraStats>, DomainError> {
+        Ok(StatsOut::new(self, topics::camera_stats(camera)?, Part::Producer))
     }
 
     /// Opens it.
@@ -106,13 +140,13 @@ impl<S: Service> Bus<S> {
         self.stats_in(topics::camera_stats(camera), patience)
     }
 
-    /// Makes the topic of a detector's statistics.
-    pub fn create_detector_stats(
+    /// The topic of a detector's statistics, of which there is one publisher.
+    pub fn detector_stats(
         &self,
         camera: &str,
         detector: &str,
-    ) -> Result<StatsOut<S, DetectorStats>, BusError> {
-        self.stats_out(topics::detector_stats(camera, detector), 1, Part::Producer, Patience::Endless)
+    ) -> Result<StatsOut<S, DetectorStats>, DomainError> {
+        Ok(StatsOut::new(self, topics::detector_stats(camera, detector)?, Part::Producer))
     }
 
     /// Opens it.
@@ -125,26 +159,18 @@ impl<S: Service> Bus<S> {
         self.stats_in(topics::detector_stats(camera, detector), patience)
     }
 
-    /// Makes the topic on which a detector's clients publish what they count.
-    pub fn create_clients_topic(&self, camera: &str, detector: &str) -> Result<ClientsTopic<S>, BusError> {
-        let topic = topics::client_stats(camera, detector)?;
-        let service = self.stats_service(&topic, qos::MAX_CLIENT_STATS, Part::Producer, Patience::Endless)?;
-        let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
-        Ok(ClientsTopic { _held: Held::new(service, described, self.domain()), _bus: self.clone() })
+    /// The topic on which a detector's clients publish what they count, as the detector has it.
+    pub fn clients_topic(&self, camera: &str, detector: &str) -> Result<ClientsTopic<S>, DomainError> {
+        Ok(ClientsTopic { held: None, bus: self.clone(), topic: topics::client_stats(camera, detector)? })
     }
 
-    /// A client's place on that topic, where it is there. Tried once: a client has better things to do than to wait for it.
-    pub fn join_clients_topic(
+    /// A client's place on that topic. It is joined where it is there: a client has better things to do than to wait for it.
+    pub fn client_stats(
         &self,
         camera: &str,
         detector: &str,
-    ) -> Result<StatsOut<S, ClientStats>, BusError> {
-        self.stats_out(
-            topics::client_stats(camera, detector),
-            0,
-            Part::Consumer,
-            Patience::AtMost(Duration::ZERO),
-        )
+    ) -> Result<StatsOut<S, ClientStats>, DomainError> {
+        Ok(StatsOut::new(self, topics::client_stats(camera, detector)?, Part::Consumer))
     }
 
     /// Opens it to read.
@@ -182,16 +208,14 @@ impl<S: Service> Bus<S> {
         })
     }
 
-    fn stats_out<T: Debug + ZeroCopySend + Copy>(
+    fn join_stats<T: Debug + ZeroCopySend + Copy>(
         &self,
-        topic: Result<String, DomainError>,
-        publishers: usize,
+        topic: &str,
         part: Part,
-        patience: Patience,
-    ) -> Result<StatsOut<S, T>, BusError> {
-        let topic = topic?;
-        let service = self.stats_service(&topic, publishers, part, patience)?;
-        let publisher = self.persist(&topic, part, patience, || {
+    ) -> Result<Held<Telling<S, T>>, BusError> {
+        let patience = Patience::AtMost(if part == Part::Producer { PATIENCE } else { Duration::ZERO });
+        let service = self.stats_service(topic, 1, part, patience)?;
+        let publisher = self.persist(topic, part, patience, || {
             service
                 .publisher_builder()
                 .max_loaned_samples(STATS.loans)
@@ -199,8 +223,7 @@ impl<S: Service> Bus<S> {
                 .create()
         })?;
         let described = [remember(&service, MessagingPattern::PublishSubscribe, self)];
-        let held = Held::new((publisher, service), described, self.domain());
-        Ok(StatsOut { held, _bus: self.clone(), published: Instant::now() })
+        Ok(Held::new((publisher, service), described, self.domain()))
     }
 
     fn stats_in<T: Debug + ZeroCopySend + Copy>(

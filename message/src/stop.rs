@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -18,7 +19,9 @@ pub struct Stop {
 
 #[derive(Debug)]
 struct Shared {
-    triggered: Mutex<bool>,
+    triggered: AtomicBool,
+    /// Is held while `triggered` changes, so that nobody falls asleep just then.
+    change: Mutex<()>,
     changed: Condvar,
     writer: UnixStream,
     /// Names the descriptor of `_reader`, which lives as long as this.
@@ -33,7 +36,8 @@ impl Stop {
         let descriptor = FileDescriptor::non_owning_new(reader.as_raw_fd())
             .ok_or_else(|| io::Error::other("a new socket has no valid file descriptor"))?;
         let shared = Shared {
-            triggered: Mutex::new(false),
+            triggered: AtomicBool::new(false),
+            change: Mutex::new(()),
             changed: Condvar::new(),
             writer,
             descriptor,
@@ -44,9 +48,8 @@ impl Stop {
 
     /// Asks everybody to stop. May be called from any thread and more than once.
     pub fn trigger(&self) {
-        let mut triggered = self.shared.triggered.lock().unwrap_or_else(PoisonError::into_inner);
-        if !*triggered {
-            *triggered = true;
+        let _alone = self.shared.change.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.shared.triggered.swap(true, Ordering::AcqRel) {
             self.shared.changed.notify_all();
             // One byte always fits an empty socket, and the reader lives as long as the writer.
             let _ = (&self.shared.writer).write_all(&[1]);
@@ -56,19 +59,16 @@ impl Stop {
     /// Whether somebody asked to stop.
     #[must_use]
     pub fn is_triggered(&self) -> bool {
-        *self.shared.triggered.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared.triggered.load(Ordering::Acquire)
     }
 
     /// Sleeps until the request is made or the time is over; says whether it was made.
     #[must_use]
     pub fn wait(&self, timeout: Duration) -> bool {
-        let triggered = self.shared.triggered.lock().unwrap_or_else(PoisonError::into_inner);
-        let (triggered, _) = self
-            .shared
-            .changed
-            .wait_timeout_while(triggered, timeout, |triggered| !*triggered)
-            .unwrap_or_else(PoisonError::into_inner);
-        *triggered
+        let alone = self.shared.change.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.shared.changed.wait_timeout_while(alone, timeout, |()| !self.is_triggered());
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
+        self.is_triggered()
     }
 }
 

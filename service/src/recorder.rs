@@ -1,12 +1,14 @@
 //! What the detector counts about itself: how long each hop of each frame took. Published when there is nothing better to do.
 
 use tagbus_detector::Phase;
-use tagbus_message::bus::{Bus, BusError};
+use tagbus_message::bus::Bus;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::detection::DetectionsHeader;
+use tagbus_message::domain::DomainError;
 use tagbus_message::ports::DetectionsOut;
 use tagbus_message::stats::{DETECTOR_HOPS, DetectorStats};
 use tagbus_message::stats_ports::{ClientsTopic, StatsOut};
+use tagbus_message::tally::{Tally, UNKNOWN, between};
 
 use crate::search::{Local, Search};
 
@@ -50,24 +52,25 @@ impl PhaseClock {
 /// Counts, from the service's start to its end.
 pub(crate) struct Recorder {
     stats: Box<DetectorStats>,
+    tally: Tally<{ DETECTOR_HOPS.len() }>,
 }
 
 impl Recorder {
     pub(crate) fn new(epoch: u64) -> Self {
-        Self { stats: Box::new(DetectorStats { epoch, started_ns: epoch, ..DetectorStats::default() }) }
+        let stats = Box::new(DetectorStats { epoch, started_ns: epoch, ..DetectorStats::default() });
+        Self { stats, tally: Tally::default() }
     }
 
     /// Counts a frame whose message was sent and whose clients were woken at `woken_ns`.
     pub(crate) fn frame(&mut self, sent: &DetectionsHeader, phases: &PhaseClock, woken_ns: u64) {
-        let hops = &mut self.stats.hops;
-        hops[RECEIVE].record(sent.publish_ns, sent.receive_ns);
-        hops[START].record(sent.receive_ns, sent.detect_start_ns);
-        hops[DETECT].record(sent.detect_start_ns, sent.detect_end_ns);
-        hops[SEND].record(sent.detect_end_ns, sent.send_ns);
-        hops[WAKE].record(sent.send_ns, woken_ns);
-        for (hop, spent_ns) in hops[FIRST_PHASE..DETECT].iter_mut().zip(phases.spent_ns) {
-            hop.count(spent_ns);
-        }
+        let mut hops = [UNKNOWN; DETECTOR_HOPS.len()];
+        hops[RECEIVE] = between(sent.publish_ns, sent.receive_ns);
+        hops[START] = between(sent.receive_ns, sent.detect_start_ns);
+        hops[FIRST_PHASE..DETECT].copy_from_slice(&phases.spent_ns);
+        hops[DETECT] = between(sent.detect_start_ns, sent.detect_end_ns);
+        hops[SEND] = between(sent.detect_end_ns, sent.send_ns);
+        hops[WAKE] = between(sent.send_ns, woken_ns);
+        self.tally.frame(hops, &mut self.stats.hops);
     }
 }
 
@@ -75,22 +78,22 @@ impl Recorder {
 pub(crate) struct Tape<'a> {
     detections: &'a DetectionsOut<Local>,
     out: StatsOut<Local, DetectorStats>,
-    _clients: ClientsTopic<Local>,
+    clients: ClientsTopic<Local>,
     reserved_bytes: u64,
 }
 
 impl<'a> Tape<'a> {
-    /// Makes the topics of the detector's statistics and of its clients'.
-    pub(crate) fn open(
+    /// Names the topics of the detector's statistics and of its clients'; they are made when they are first due.
+    pub(crate) fn new(
         bus: &Bus<Local>,
         camera: &str,
         detector: &str,
         detections: &'a DetectionsOut<Local>,
-    ) -> Result<Self, BusError> {
+    ) -> Result<Self, DomainError> {
         Ok(Self {
             detections,
-            out: bus.create_detector_stats(camera, detector)?,
-            _clients: bus.create_clients_topic(camera, detector)?,
+            out: bus.detector_stats(camera, detector)?,
+            clients: bus.clients_topic(camera, detector)?,
             reserved_bytes: detections.reserved().bytes() as u64,
         })
     }
@@ -101,7 +104,8 @@ impl<'a> Tape<'a> {
             return;
         }
         let (state, summary) = (search.state.code(), search.summary);
-        let stats = &mut search.recorder.stats;
+        let Recorder { stats, tally } = &mut search.recorder;
+        tally.count(&mut stats.hops);
         stats.state = state;
         stats.subscribers = self.detections.subscribers() as u32;
         stats.written_ns = monotonic_ns();
@@ -113,6 +117,9 @@ impl<'a> Tape<'a> {
         stats.messages = summary.messages_sent;
         stats.reserved_bytes = self.reserved_bytes;
         stats.touched_bytes = self.detections.touched_bytes().unwrap_or(0);
-        self.out.publish(stats);
+        let published = self.out.publish(stats);
+        if let Err(error) = published.and_then(|()| self.clients.look()) {
+            search.trouble(format!("nobody can watch this detector: {error}"));
+        }
     }
 }

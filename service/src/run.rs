@@ -98,7 +98,7 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
     let bus = Bus::<Local>::start(&place.domain, &role, stop)?;
     let out = bus.create_detections(&place.camera, &place.detector, place.max_tags)?;
     let requests = bus.create_detector_control(&place.camera, &place.detector)?;
-    let tape = Tape::open(&bus, &place.camera, &place.detector, &out)?;
+    let tape = Tape::new(&bus, &place.camera, &place.detector, &out).map_err(BusError::from)?;
     let touched = out.touched_bytes().unwrap_or(0);
     search.tell(&Report::Ready { reserved: out.reserved(), touched });
     let set = WaitSet::new()?;

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -180,12 +182,11 @@ impl Hops {
 pub(crate) fn listen(order: &ListenOrder) -> Result<(), Failure> {
     let stop = Stop::new()?;
     let at_end = stop.clone();
-    let (begin, begun) = std::sync::mpsc::channel();
+    let begun = Arc::new(AtomicBool::new(false));
+    let begin = Arc::clone(&begun);
     thread::spawn(move || {
         let mut input = io::stdin().lock();
-        if input.read_exact(&mut [0]).is_ok() {
-            let _ = begin.send(());
-        }
+        begin.store(input.read_exact(&mut [0]).is_ok(), Ordering::Relaxed);
         let _ = input.read_to_end(&mut Vec::new());
         at_end.trigger();
     });
@@ -193,7 +194,7 @@ pub(crate) fn listen(order: &ListenOrder) -> Result<(), Failure> {
     let options = ConnectOptions::in_domain(domain).camera(CAMERA).detector(DETECTOR);
     let mut client = Client::connect(&options.deadline(PATIENCE).stop(stop.clone()))?;
     let mut hops = Vec::with_capacity(1 << 16);
-    let (mut counts, mut last) = (false, Instant::now());
+    let mut last = Instant::now();
     while !stop.is_triggered() {
         let Some(message) = client.receive(Duration::from_secs(1))? else {
             if last.elapsed() > PATIENCE {
@@ -201,11 +202,10 @@ pub(crate) fn listen(order: &ListenOrder) -> Result<(), Failure> {
             }
             continue;
         };
-        if counts {
+        last = Instant::now();
+        if begun.load(Ordering::Relaxed) {
             hops.push(Hops::of(&message));
         }
-        last = Instant::now();
-        counts |= begun.try_recv().is_ok();
     }
     let mut out = io::BufWriter::new(io::stdout().lock());
     for Hops { receive, start, send, client } in hops {

@@ -1,11 +1,13 @@
 //! What the flight recorder costs a frame: the same counts and readings of the clock as camera, detector and client make.
 
+use std::array;
 use std::hint::black_box;
 use std::time::Instant;
 
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::histogram::Histogram;
 use tagbus_message::stats::{CAMERA_HOPS, CLIENT_HOPS, DETECTOR_HOPS};
+use tagbus_message::tally::{Tally, between};
 
 use crate::clock::now_us;
 use crate::median::median;
@@ -17,23 +19,26 @@ const CLOCK_READINGS: usize = 7;
 const LOOKS: usize = 3;
 /// More than the caches of a core hold: what a frame's pixels do to them between two counts.
 const CACHES_BYTES: usize = 16 << 20;
+/// Frames of a round with emptied caches: durations are counted every 32 frames, which is part of the cost.
+const COLD_FRAMES: u64 = 64;
 
 /// What was measured, nanoseconds a frame.
 pub(crate) struct Outcome {
     /// CPU time when everything lies in the caches: the quickest round and the middle one.
     pub(crate) warm: [f64; 2],
-    /// Time when nothing does: the quickest frame and the middle one.
+    /// Time when nothing does: the quickest round and the middle one.
     pub(crate) cold: [f64; 2],
 }
 
-/// The histograms of all three roles, one after the other.
-struct Hops(Vec<Histogram>);
+/// The histograms of all three roles, and the durations that are not counted yet.
+#[derive(Default)]
+struct Hops {
+    camera: (Tally<{ CAMERA_HOPS.len() }>, Box<[Histogram; CAMERA_HOPS.len()]>),
+    detector: (Tally<{ DETECTOR_HOPS.len() }>, Box<[Histogram; DETECTOR_HOPS.len()]>),
+    client: (Tally<{ CLIENT_HOPS.len() }>, Box<[Histogram; CLIENT_HOPS.len()]>),
+}
 
 impl Hops {
-    fn new() -> Self {
-        Self(vec![Histogram::default(); CAMERA_HOPS.len() + DETECTOR_HOPS.len() + CLIENT_HOPS.len()])
-    }
-
     /// What all roles together do for one frame, with durations that differ.
     fn frame(&mut self, number: u64) {
         for _ in 0..CLOCK_READINGS {
@@ -42,16 +47,21 @@ impl Hops {
         for _ in 0..LOOKS {
             black_box(Instant::now());
         }
-        for (place, hop) in self.0.iter_mut().enumerate() {
-            let duration_ns = 1_000 + (number.wrapping_mul(0x9e37_79b9) % 50_000) * (place as u64 + 1);
-            hop.record(black_box(number), black_box(number + duration_ns));
-        }
+        keep(&mut self.camera, number);
+        keep(&mut self.detector, number);
+        keep(&mut self.client, number);
     }
 }
 
-/// Measures `rounds` rounds of `frames` frames, and as many single frames as there are rounds with empty caches.
+fn keep<const HOPS: usize>(hops: &mut (Tally<HOPS>, Box<[Histogram; HOPS]>), number: u64) {
+    let duration_ns = |place: usize| 1_000 + (number.wrapping_mul(0x9e37_79b9) % 50_000) * (place as u64 + 1);
+    let durations = array::from_fn(|place| between(black_box(number), black_box(number + duration_ns(place))));
+    hops.0.frame(durations, &mut hops.1);
+}
+
+/// Measures `rounds` rounds of `frames` frames, and as many of [`COLD_FRAMES`] frames with empty caches.
 pub(crate) fn run(rounds: usize, frames: u64) -> Outcome {
-    let mut hops = Hops::new();
+    let mut hops = Hops::default();
     let warm = |hops: &mut Hops| {
         let before = now_us();
         (0..frames).for_each(|number| hops.frame(number));
@@ -61,9 +71,15 @@ pub(crate) fn run(rounds: usize, frames: u64) -> Outcome {
     let warm: Vec<f64> = (0..=rounds).map(|_| warm(&mut hops)).skip(1).collect();
     let mut pixels = vec![1u8; CACHES_BYTES];
     let cold: Vec<f64> =
-        (0..rounds as u64).map(|number| cold_frame(&mut hops, &mut pixels, number)).collect();
+        (0..rounds as u64).map(|round| cold_round(&mut hops, &mut pixels, round * COLD_FRAMES)).collect();
     let of = |all: Vec<f64>| [all.iter().copied().fold(f64::INFINITY, f64::min), median(all)];
     Outcome { warm: of(warm), cold: of(cold) }
+}
+
+/// Nanoseconds a frame, without emptying the caches.
+fn cold_round(hops: &mut Hops, pixels: &mut [u8], first: u64) -> f64 {
+    let spent = (first..first + COLD_FRAMES).map(|number| cold_frame(hops, pixels, number));
+    spent.sum::<f64>() / COLD_FRAMES as f64
 }
 
 fn cold_frame(hops: &mut Hops, pixels: &mut [u8], number: u64) -> f64 {
@@ -95,9 +111,10 @@ mod tests {
 
     #[test]
     fn every_hop_counts_every_frame() {
-        let mut hops = Hops::new();
-        (0..10).for_each(|number| hops.frame(number));
-        assert!(hops.0.iter().all(|hop| hop.count == 10 && hop.is_sound()));
+        let mut hops = Hops::default();
+        (0..COLD_FRAMES).for_each(|number| hops.frame(number));
+        let counts = |hops: &[Histogram]| hops.iter().all(|hop| hop.count == COLD_FRAMES && hop.is_sound());
+        assert!(counts(&hops.camera.1[..]) && counts(&hops.detector.1[..]) && counts(&hops.client.1[..]));
         assert!(page(&run(3, 10)).contains("| warm |"));
     }
 }

@@ -78,7 +78,8 @@ fn answer(request: Request, page: &Mutex<String>) {
 }
 
 fn text(text: String) -> Response<io::Cursor<Vec<u8>>> {
-    let response = Response::from_string(text);
+    // In one piece however long it is: what fetches with a few lines of code need not know of chunks.
+    let response = Response::from_string(text).with_chunked_threshold(usize::MAX);
     match Header::from_bytes("Content-Type", TYPE) {
         Ok(header) => response.with_header(header),
         Err(()) => response,

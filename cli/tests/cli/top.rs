@@ -209,6 +209,8 @@ fn fetch(address: &str, path: &str) -> (String, String) {
     let mut answer = String::new();
     stream.read_to_string(&mut answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    // What follows would be in pieces with their lengths between.
+    assert!(!head.to_lowercase().contains("transfer-encoding"), "{head}");
     (head.to_owned(), body.to_owned())
 }
 
