@@ -3,8 +3,8 @@
 use tagbus_message::bus::Bus;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::detection::DetectionsHeader;
-use tagbus_message::frame::ClockKind;
 use tagbus_message::domain::DomainError;
+use tagbus_message::frame::ClockKind;
 use tagbus_message::stats::{CLIENT_HOPS, ClientStats};
 use tagbus_message::stats_ports::StatsOut;
 use tagbus_message::tally::{Tally, UNKNOWN, between};

@@ -55,7 +55,8 @@ impl Hops {
 
 fn keep<const HOPS: usize>(hops: &mut (Tally<HOPS>, Box<[Histogram; HOPS]>), number: u64) {
     let duration_ns = |place: usize| 1_000 + (number.wrapping_mul(0x9e37_79b9) % 50_000) * (place as u64 + 1);
-    let durations = array::from_fn(|place| between(black_box(number), black_box(number + duration_ns(place))));
+    let durations =
+        array::from_fn(|place| between(black_box(number), black_box(number + duration_ns(place))));
     hops.0.frame(durations, &mut hops.1);
 }
 
