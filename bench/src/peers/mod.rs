@@ -64,7 +64,7 @@ pub(crate) fn all(family: &str, factor: f64) -> Result<Vec<Box<dyn Peer>>, Failu
 }
 
 /// Decimation factors, up to those at which next to nothing is found any more.
-const FACTORS: [f64; 10] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
+const FACTORS: [f64; 13] = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 16.0, 24.0];
 
 /// Which detectors a sweep compares.
 pub(crate) struct Choice {
