@@ -23,18 +23,26 @@ pub(crate) fn keep_off(core: usize) -> io::Result<()> {
     if set.count() == 0 { Ok(()) } else { Ok(sched_setaffinity(None, &set)?) }
 }
 
-/// One line each: processor, kernel, compiler, load.
+/// One line each: build, processor, kernel, compiler, load.
 pub(crate) fn facts() -> Vec<String> {
     let file = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let processor = file("/proc/cpuinfo");
     let processor = processor.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
     vec![
+        format!("build: profile {}", profile()),
         format!("processor: {}", processor.trim_start_matches([' ', '\t', ':'])),
         format!("kernel: Linux {}", file("/proc/sys/kernel/osrelease").trim()),
         format!("compiler: {}", version_of("rustc")),
         format!("C: {}", c_library()),
         format!("load before: {}", file("/proc/loadavg").trim()),
     ]
+}
+
+/// The build profile, after which cargo calls the folder of the program.
+fn profile() -> String {
+    let program = std::env::current_exe().ok();
+    let folder = program.as_deref().and_then(|program| program.parent()?.file_name()?.to_str());
+    folder.unwrap_or("unknown").to_owned()
 }
 
 /// The first line of what a program says about its version.

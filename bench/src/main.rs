@@ -316,7 +316,7 @@ fn recorder(arguments: &RecorderArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.record {
         std::fs::create_dir_all(folder)?;
         let how = format!(
-            "`tagbus-bench recorder --rounds {}`; one thread pinned to one core; warm: CPU time of {frames} frames a round; emptied: 16 MB are written before each frame, and the time of one frame is taken",
+            "`tagbus-bench recorder --rounds {}`; one thread pinned to one core; warm: CPU time of {frames} frames a round; emptied: 16 MB are written before each of 64 frames of a round, whose times are added up",
             arguments.rounds
         );
         record::write_page(&folder.join("recorder.md"), "What the flight recorder costs", &how, &page)?;
