@@ -86,13 +86,15 @@ mod tests {
         let onlooker = Onlooker::start(&domain, &stop).unwrap();
         assert!(onlooker.recorded().is_empty());
         let role = Bus::<ipc::Service>::start(&domain, "role", &stop).unwrap();
-        let mut out = role.create_camera_stats("cam0").unwrap();
-        let detector = role.create_detector_stats("cam0", "main").unwrap();
+        let mut out = role.camera_stats("cam0").unwrap();
+        let mut detector = role.detector_stats("cam0", "main").unwrap();
+        assert!(onlooker.recorded().is_empty(), "topics are made with the first copy");
+        out.publish(&CameraStats { frames: 7, ..CameraStats::default() }).unwrap();
+        detector.publish(&DetectorStats::default()).unwrap();
         let found: Vec<_> =
             onlooker.recorded().into_iter().map(|role| (role.camera, role.detector)).collect();
         assert_eq!(found, [("cam0".to_owned(), None), ("cam0".to_owned(), Some("main".to_owned()))]);
         let copies = onlooker.camera("cam0").unwrap();
-        out.publish(&CameraStats { frames: 7, ..CameraStats::default() });
         let (publisher, copy) = copies.next_with_publisher().unwrap().unwrap();
         assert_eq!(copy.frames, 7);
         assert_eq!(copies.publishers(), BTreeMap::from([(publisher, std::process::id())]));
