@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::TypedValueParser as _;
 use tagbus_client::{ConnectOptions, Domain};
 
 use super::size;

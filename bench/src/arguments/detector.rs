@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::size;
-
 #[derive(clap::Args)]
 pub(crate) struct CornersArguments {
     /// Tag families.

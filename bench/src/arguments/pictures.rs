@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use clap::builder::TypedValueParser as _;
-
 use super::NATURAL;
 use crate::sets::NAMES;
 
