@@ -52,7 +52,8 @@ lint: format-check clippy doc ## everything that CI wants beside the tests
 format-check: ## say where `cargo fmt` would change something
 	@cargo fmt --check
 
-clippy: ## lints, warnings denied
+clippy: ## lints, warnings denied; and whether the fuzz targets, a workspace of their own, can still be built as they were
+	@cargo metadata --locked --format-version 1 --manifest-path message/fuzz/Cargo.toml >/dev/null
 	@$(SET_UP) && exec cargo clippy $(ALL) --all-targets -- -D warnings
 
 doc: ## the documentation of all rooms, warnings denied
