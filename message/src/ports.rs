@@ -2,7 +2,7 @@
 //!
 //! A topic with an event is a publish-subscribe service and an event service of one name: send first, then notify.
 //! Ports are dropped before their services and those before the node, in the order of the fields: what is left is then
-//! removed by whoever is last ([`Held`]).
+//! removed by whoever is last (`held.rs`).
 
 use std::fmt::Debug;
 use std::path::PathBuf;
