@@ -276,6 +276,8 @@ fn hostile(arguments: &HostileArguments) -> Result<(), Failure> {
             "`tagbus-bench hostile --rounds {rounds} --seconds {seconds} --rate {rate} --seed {seed}`"
         );
         let how = format!("{command}; {}", hostile::HOW);
+        std::fs::write(folder.join("hostile.csv"), hostile::csv(&outcome))?;
+        let page = format!("[Every measurement](hostile.csv)\n\n{page}");
         record::write_page(&folder.join("hostile.md"), "Attackers on the bus", &how, &page)?;
     }
     match hostile::faults(&outcome).as_slice() {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use iceoryx2::prelude::ipc;
+use tagbus_message::Local;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::control::{
     CameraAnswer, CameraAsk, CameraReply, CameraStatistics, DeviceControl, Outcome,
@@ -49,7 +49,7 @@ impl Controls for NoControls<'_> {
 
 /// What an answer is made of.
 pub(crate) struct Desk {
-    server: CameraDesk<ipc::Service>,
+    server: CameraDesk<Local>,
     turns: Turns,
     started_ns: u64,
     counts: Counts,
@@ -68,7 +68,7 @@ struct Counts {
 }
 
 impl Desk {
-    pub(crate) fn new(server: CameraDesk<ipc::Service>) -> Self {
+    pub(crate) fn new(server: CameraDesk<Local>) -> Self {
         let started_ns = monotonic_ns();
         let reset = (Counts::default(), started_ns);
         Self { server, turns: Turns::new(), started_ns, counts: Counts::default(), reset }

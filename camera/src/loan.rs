@@ -10,11 +10,11 @@ use std::io;
 use iceoryx2::port::LoanError;
 use iceoryx2::port::SendError;
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::ipc;
 use iceoryx2::sample_mut::SampleMut;
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
 use rustix::param::page_size;
+use tagbus_message::Local;
 use tagbus_message::frame::{FrameHeader, PICTURE_ALIGNMENT};
 
 /// Bytes that a loan for a picture of `picture_bytes` must have, so that the picture can be aligned in it.
@@ -40,7 +40,7 @@ fn provide(page: *mut u8, bytes: usize) -> Result<(), Errno> {
 ///
 /// It owns its place and can be moved and kept, several at a time: a driver's queue holds loans in the same way.
 pub(crate) struct Loan {
-    sample: SampleMut<ipc::Service, [u8], FrameHeader>,
+    sample: SampleMut<Local, [u8], FrameHeader>,
     picture_bytes: usize,
     data_offset: usize,
 }
@@ -48,7 +48,7 @@ pub(crate) struct Loan {
 impl Loan {
     /// Borrows memory for a picture of at most `picture_bytes` from the publisher's pool.
     pub(crate) fn take(
-        publisher: &Publisher<ipc::Service, [u8], FrameHeader>,
+        publisher: &Publisher<Local, [u8], FrameHeader>,
         picture_bytes: usize,
     ) -> Result<Loan, LoanError> {
         let sample = publisher.loan_slice_uninit(payload_bytes(picture_bytes))?;
@@ -113,7 +113,7 @@ mod tests {
     fn pieces_are_lent_in_the_order_in_which_they_lie_so_that_the_header_of_the_next_has_its_page() {
         let name = format!("loan-{}", std::process::id());
         let domain = Domain::with_root(&name, std::env::temp_dir().join(&name)).unwrap();
-        let bus = Bus::<ipc::Service>::start(&domain, "camera", &Stop::new().unwrap()).unwrap();
+        let bus = Bus::<Local>::start(&domain, "camera", &Stop::new().unwrap()).unwrap();
         let frames = bus.create_frames("cam0", &FRAMES, payload_bytes(10_000)).unwrap();
         let mut loans: Vec<Loan> = Vec::new();
         for _ in 0..FRAMES.loans {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
-use iceoryx2::prelude::ipc;
+use tagbus_message::Local;
 use tagbus_message::bus::{Bus, BusError};
 use tagbus_message::clock;
 use tagbus_message::frame::Fourcc;
@@ -42,9 +42,9 @@ pub(crate) struct Offer<'a> {
 /// A camera that is on the bus. Fields are dropped in this order: topics before the node that both hold.
 pub(crate) struct Outlet<'a> {
     publisher: FramePublisher,
-    info_out: InfoOut<ipc::Service>,
+    info_out: InfoOut<Local>,
     desk: Desk,
-    tape: StatsOut<ipc::Service, CameraStats>,
+    tape: StatsOut<Local, CameraStats>,
     pub(crate) info: CameraInfo,
     /// Frames given up since the last one that was sent.
     pub(crate) lost: Lost,
@@ -69,7 +69,7 @@ impl<'a> Outlet<'a> {
         let shape = offer.largest;
         let payload_bytes = loan::payload_bytes(shape.bytes());
         let space = Space::check(&FRAMES, payload_bytes)?;
-        let bus = Bus::<ipc::Service>::start(&config.domain, &format!("camera {}", config.camera), stop)?;
+        let bus = Bus::<Local>::start(&config.domain, &format!("camera {}", config.camera), stop)?;
         let frames = bus.create_frames(&config.camera, &FRAMES, payload_bytes)?;
         let info_out = bus.create_info(&config.camera)?;
         let desk = Desk::new(bus.create_camera_control(&config.camera)?);
@@ -225,7 +225,7 @@ impl<'a> Outlet<'a> {
 }
 
 /// Publishes the information with the next number, which frames name from here on.
-fn announce(info: &mut CameraInfo, publisher: &mut FramePublisher, info_out: &InfoOut<ipc::Service>) {
+fn announce(info: &mut CameraInfo, publisher: &mut FramePublisher, info_out: &InfoOut<Local>) {
     info.number += 1;
     info.updated_ns = clock::monotonic_ns();
     info.wall_offset_ns = clock::wall_offset_ns();

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use iceoryx2::port::SendError;
-use iceoryx2::prelude::ipc;
+use tagbus_message::Local;
 use tagbus_message::clock;
 use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
 use tagbus_message::info::CameraInfo;
@@ -66,7 +66,7 @@ impl Lost {
 
 /// Publishes frames: numbers them, stamps them, sends, then wakes.
 pub(crate) struct FramePublisher {
-    frames: FramesOut<ipc::Service>,
+    frames: FramesOut<Local>,
     epoch: Epoch,
     largest: FrameShape,
     /// The header of the last shape, which the next frame usually has too.
@@ -93,7 +93,7 @@ pub(crate) enum NoMemory {
 }
 
 impl FramePublisher {
-    pub(crate) fn new(frames: FramesOut<ipc::Service>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
+    pub(crate) fn new(frames: FramesOut<Local>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
         let template = largest.header();
         let provided = Vec::with_capacity(FRAMES.chunks());
         let stats = Box::new(CameraStats {

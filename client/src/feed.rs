@@ -130,7 +130,7 @@ impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Feed<T, H> {
     }
 
     fn wait(&self, timeout: Duration) -> Result<Wake, ReceiveError> {
-        let waiter = Waiter::of_kept(&self.set, &self.stop, self.input.as_ref().map(Input::listener));
+        let waiter = Waiter::<Shared>::of_kept(&self.set, &self.stop, self.input.as_ref().map(Input::bell));
         waiter.wait(timeout).map_err(ReceiveError::Wait)
     }
 
@@ -180,7 +180,7 @@ fn watching<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend>(
 ) -> Result<WaitSet, WaitError> {
     let set = WaitSet::new()?;
     set.keep(stop)?;
-    set.keep(input.listener())?;
+    set.hear(input.bell())?;
     Ok(set)
 }
 

@@ -9,11 +9,10 @@
 //! A role makes a [`bus::Bus`] in a [`domain::Domain`] and opens or makes its topics with it:
 //!
 //! ```no_run
-//! use iceoryx2::prelude::ipc;
-//! use tagbus_message::{bus::{Bus, Patience}, domain::Domain, qos, stop::Stop};
+//! use tagbus_message::{Local, bus::{Bus, Patience}, domain::Domain, qos, stop::Stop};
 //!
 //! let stop = Stop::new()?;
-//! let bus = Bus::<ipc::Service>::start(&Domain::new("tagbus")?, "viewer", &stop)?;
+//! let bus = Bus::<Local>::start(&Domain::new("tagbus")?, "viewer", &stop)?;
 //! let frames = bus.open_frames("cam0", qos::DETECTOR_FRAME_BUFFER, Patience::Endless)?;
 //! if let Some(frame) = frames.newest()? {
 //!     let header = *frame.user_header();
@@ -22,8 +21,9 @@
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
+pub mod bell;
 pub mod bus;
 mod capture;
 pub mod clock;
@@ -39,12 +39,14 @@ mod header_error;
 mod held;
 pub mod histogram;
 pub mod info;
+mod local;
 pub mod onlooker;
 mod other_version;
 pub mod ports;
 pub mod qos;
 #[cfg(test)]
 mod random;
+mod reuse;
 pub mod room;
 pub mod stats;
 pub mod stats_ports;
@@ -56,3 +58,5 @@ pub mod topics;
 pub mod turns;
 mod verdict;
 pub mod wait;
+
+pub use local::Local;

@@ -1,15 +1,17 @@
 //! Topics opened or made, as the pairs of ports that roles work with.
 //!
-//! A topic with an event is a publish-subscribe service and an event service of one name: send first, then notify.
+//! A topic with an event is a publish-subscribe service, a bell (`bell.rs`) by which our receivers are woken, and an event service of the same
+//! name for those of other programs: send first, then notify.
 //! Ports are dropped before their services and those before the node, in the order of the fields: what is left is then
 //! removed by whoever is last (`held.rs`).
 
-use std::fmt::Debug;
+use std::fmt::{self, Debug};
+use std::io;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::{NodeState, NodeView};
-use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::{Notifier, NotifierNotifyError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -24,9 +26,11 @@ use iceoryx2::service::port_factory::event::PortFactory as EventService;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as DataService;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
+use crate::bell::{Bell, Use};
 use crate::bus::{Bus, BusError, Part, Patience};
 use crate::description::Description;
 use crate::detection::{DetectionsHeader, TagDetection};
+use crate::domain::SHARED_MEMORY;
 use crate::frame::FrameHeader;
 use crate::held::Held;
 use crate::info::CameraInfo;
@@ -67,8 +71,9 @@ pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Defa
 struct Sending<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Default + ZeroCopySend + 'static> {
     publisher: Publisher<S, [T], H>,
     notifier: Notifier<S>,
+    bell: Bell,
     data: DataService<S, [T], H>,
-    _events: EventService<S>,
+    events: EventService<S>,
 }
 
 /// A topic of slices of `T` with a header `H`, seen from one of its subscribers.
@@ -83,9 +88,8 @@ pub struct Input<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroC
 #[derive(Debug)]
 struct Receiving<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + ZeroCopySend + 'static> {
     subscriber: Subscriber<S, [T], H>,
-    listener: Listener<S>,
+    bell: Bell,
     data: DataService<S, [T], H>,
-    _events: EventService<S>,
 }
 
 /// The frames topic of a camera.
@@ -104,9 +108,14 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
         &self.held.get().publisher
     }
 
-    /// Wakes every subscriber that waits. To be called after sending.
-    pub fn notify(&self) -> Result<usize, NotifierNotifyError> {
-        self.held.get().notifier.notify()
+    /// Wakes every subscriber that waits: ours by the bell, others by iceoryx2's event. To be called after sending.
+    pub fn notify(&self) -> Result<(), NotifyError> {
+        let sending = self.held.get();
+        sending.bell.ring().map_err(NotifyError::Bell)?;
+        if sending.events.dynamic_config().number_of_listeners() > 0 {
+            sending.notifier.notify().map_err(NotifyError::Event)?;
+        }
+        Ok(())
     }
 
     /// Subscribers of the topic; one that died counts until somebody cleans up.
@@ -128,10 +137,11 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Out
     }
 
     /// Whether those who come can still find the topic and its memory. They cannot when somebody removed its files by force: those who
-    /// are connected go on, and only making the topic anew helps the others. To be asked about once a second: it makes two system calls.
+    /// are connected go on, and only making the topic anew helps the others. To be asked about once a second: it makes three system calls.
     #[must_use]
     pub fn is_in_place(&self) -> bool {
-        self.memory.as_ref().is_none_or(|file| file.exists()) && self.held.is_current()
+        let is_heard = self.held.get().bell.is_in_place();
+        is_heard && self.memory.as_ref().is_none_or(|file| file.exists()) && self.held.is_current()
     }
 
     /// The place on the bus that the topic was made from.
@@ -160,10 +170,10 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
     }
 
     /// Whether the topic of this name is still the one that was opened. It is not when somebody removed its files by
-    /// force; then it has to be opened again. To be asked when a deadline was missed; it makes one system call.
+    /// force; then it has to be opened again. To be asked when a deadline was missed; it makes two system calls.
     #[must_use]
     pub fn is_current(&self) -> bool {
-        self.held.is_current()
+        self.held.get().bell.is_in_place() && self.held.is_current()
     }
 
     /// Gives up the connection to the publisher for a new one. A publisher and a subscriber of which one could not
@@ -181,8 +191,8 @@ impl<S: Service, T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> Input<S, T, H
 
     /// What wakes when a message was sent.
     #[must_use]
-    pub fn listener(&self) -> &Listener<S> {
-        &self.held.get().listener
+    pub fn bell(&self) -> &Bell {
+        &self.held.get().bell
     }
 
     /// The place on the bus that the topic was opened from.
@@ -206,6 +216,27 @@ pub(crate) fn remember<S: Service, F: PortFactory>(
         Err(_) => true,
     })
 }
+
+/// Why not everybody could be woken.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum NotifyError {
+    /// Ours are not: the system refuses to write.
+    Bell(io::Error),
+    /// Listeners of other programs are not, at least one of them.
+    Event(NotifierNotifyError),
+}
+
+impl fmt::Display for NotifyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bell(error) => write!(f, "the bell of the topic cannot be rung ({error})"),
+            Self::Event(error) => write!(f, "a listener of another program cannot be notified ({error:?})"),
+        }
+    }
+}
+
+impl std::error::Error for NotifyError {}
 
 type TellingInfo<S> = (Publisher<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>);
 type HearingInfo<S> = (Subscriber<S, CameraInfo, ()>, DataService<S, CameraInfo, ()>);
@@ -400,9 +431,10 @@ impl<S: Service> Bus<S> {
         let notifier = self.persist(topic, produce, Patience::Endless, || {
             events.notifier_builder().default_event_id(EventId::new(qos::EVENT_SENT)).create()
         })?;
+        let bell = self.bell(topic, &data, Use::Ring)?;
         let memory = sweep::file_of(self.domain(), &format!("_{}.data", publisher.id().value()));
         let described = [description, remember(&events, MessagingPattern::Event, self)];
-        let sending = Sending { publisher, notifier, data, _events: events };
+        let sending = Sending { publisher, notifier, bell, data, events };
         let held = Held::new(sending, described, self.domain());
         Ok(Some(Output { held, reserved, memory, bus: self.clone() }))
     }
@@ -418,18 +450,25 @@ impl<S: Service> Bus<S> {
             self.node().service_builder(&name).publish_subscribe::<[T]>().user_header::<H>().open()
         });
         let data = data.map_err(|error| self.explain_types::<T, H>(error, &name))?;
-        let events =
-            self.persist(topic, consume, patience, || self.node().service_builder(&name).event().open())?;
+        let bell = self.bell(topic, &data, Use::Hear)?;
         let subscriber = self
             .persist(topic, consume, patience, || data.subscriber_builder().buffer_size(buffer).create())?;
-        let listener = self.persist(topic, consume, patience, || events.listener_builder().create())?;
-        let described = [
-            remember(&data, MessagingPattern::PublishSubscribe, self),
-            remember(&events, MessagingPattern::Event, self),
-        ];
-        let receiving = Receiving { subscriber, listener, data, _events: events };
+        let described = [remember(&data, MessagingPattern::PublishSubscribe, self)];
+        let receiving = Receiving { subscriber, bell, data };
         let held = Held::new(receiving, described, self.domain());
         Ok(Input { held, buffer, bus: self.clone() })
+    }
+
+    fn bell<F: PortFactory>(&self, topic: &str, service: &F, purpose: Use) -> Result<Bell, BusError> {
+        let bell = Bell::of_topic(self.domain(), service.service_hash().as_str(), purpose);
+        bell.map_err(|error| match error.kind() {
+            io::ErrorKind::StorageFull => BusError::NoRoom { free: 0 },
+            _ => BusError::Stuck {
+                topic: topic.to_owned(),
+                reason: format!("its bell in {SHARED_MEMORY}: {error}"),
+                waited: Duration::ZERO,
+            },
+        })
     }
 
     /// The place of the one publisher is taken: by whom, in words that help.
@@ -512,6 +551,6 @@ pub(crate) fn service_name(topic: &str) -> Result<ServiceName, BusError> {
     ServiceName::new(topic).map_err(|error| BusError::Stuck {
         topic: topic.to_owned(),
         reason: format!("{error:?}"),
-        waited: std::time::Duration::ZERO,
+        waited: Duration::ZERO,
     })
 }

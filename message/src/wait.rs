@@ -1,8 +1,7 @@
 //! Waiting for messages, for the stop request and for time, in one place a thread.
 //!
 //! Below is iceoryx2's epoll and not its wait set, which asks more of the system for the same
-//! ([why](../../docs/decisions/0012-waking.md)): waking takes one `epoll_wait`, and the event is taken from its socket when the
-//! message was dealt with. Nothing is allocated for a wait.
+//! ([why](../../docs/decisions/0012-waking.md)): waking takes one `epoll_wait` and nothing else. Nothing is allocated for a wait.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -10,9 +9,12 @@ use std::fmt::Debug;
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
-use iceoryx2::prelude::{FileDescriptorBased, Service};
-use iceoryx2_bb_linux::epoll::{Epoll, EpollBuilder, EpollEvent, EpollGuard, EpollWaitError, EventType};
+use iceoryx2::prelude::{FileDescriptor, FileDescriptorBased, Service};
+use iceoryx2_bb_linux::epoll::{
+    Epoll, EpollBuilder, EpollEvent, EpollGuard, EpollWaitError, EventType, InputFlag,
+};
 
+use crate::bell::Bell;
 use crate::stop::Stop;
 
 /// The longest that the system waits; who asks for more is woken for nothing after 24 days.
@@ -23,7 +25,7 @@ const LONGEST: Duration = Duration::from_millis(i32::MAX as u64);
 pub enum Wake {
     /// The role was asked to stop.
     Stop,
-    /// The topic's event came, or may have come: look whether there is something to receive.
+    /// The topic's bell rang, or may have rung: look whether there is something to receive.
     Event,
     /// Something else that was attached to the wait set is ready.
     Other,
@@ -35,8 +37,6 @@ pub enum Wake {
 #[derive(Debug)]
 pub struct WaitSet {
     epoll: Epoll,
-    /// The topic's event came and is still in its socket.
-    is_due: Cell<bool>,
 }
 
 /// Something stays attached to a wait set until this is dropped.
@@ -49,8 +49,7 @@ impl WaitSet {
     /// A set that waits for nothing yet. Fails when the process has no file descriptor left.
     pub fn new() -> Result<Self, WaitError> {
         let epoll = EpollBuilder::new().set_close_on_exec(true).create();
-        let epoll = epoll.map_err(|error| WaitError(format!("{error:?}")))?;
-        Ok(Self { epoll, is_due: Cell::new(false) })
+        epoll.map(|epoll| Self { epoll }).map_err(|error| WaitError(format!("{error:?}")))
     }
 
     /// Wakes from now on when there is something to read.
@@ -64,6 +63,26 @@ impl WaitSet {
         self.attach(source).map(std::mem::forget)
     }
 
+    /// Wakes from now on, once for each time that the bell rang, and at once if it ever did.
+    pub fn attach_bell<'a>(&'a self, bell: &'a Bell) -> Result<Attached<'a>, WaitError> {
+        let source = self.epoll.add(bell.file_descriptor()).event_type(EventType::ReadyToRead);
+        let attached = source.flags(InputFlag::EdgeTriggeredNotification).attach();
+        attached.map(|guard| Attached { _guard: guard }).map_err(|error| WaitError(format!("{error:?}")))
+    }
+
+    /// As [`WaitSet::attach_bell`], for as long as both live.
+    pub fn hear(&self, bell: &Bell) -> Result<(), WaitError> {
+        self.attach_bell(bell).map(std::mem::forget)
+    }
+
+    /// Whether anything happens within the time.
+    #[cfg(test)]
+    pub(crate) fn is_woken(&self, timeout: Duration) -> Result<bool, WaitError> {
+        let mut woken = false;
+        self.wait(timeout, |_| woken = true)?;
+        Ok(woken)
+    }
+
     fn wait(&self, timeout: Duration, mut ready: impl FnMut(&EpollEvent)) -> Result<(), WaitError> {
         match self.epoll.timed_wait(|event| ready(&event), timeout.min(LONGEST)) {
             // A signal is no reason to wake, but none to go on waiting for too long either.
@@ -73,11 +92,11 @@ impl WaitSet {
     }
 }
 
-/// A wait set with a stop request and the listener of a topic attached.
+/// A wait set with a stop request and the bell of a topic attached.
 pub struct Waiter<'a, S: Service> {
     set: &'a WaitSet,
     stop: &'a Stop,
-    listener: Option<&'a Listener<S>>,
+    bell: Option<&'a Bell>,
     requests: Option<Requests<'a, S>>,
     _attached: [Option<Attached<'a>>; 2],
 }
@@ -93,22 +112,16 @@ impl<'a, S: Service> Waiter<'a, S>
 where
     Listener<S>: FileDescriptorBased,
 {
-    /// Attaches the stop request, and the listener of a topic where there is one.
-    pub fn new(
-        set: &'a WaitSet,
-        stop: &'a Stop,
-        listener: Option<&'a Listener<S>>,
-    ) -> Result<Self, WaitError> {
-        let attached = [Some(set.attach(stop)?), listener.map(|listener| set.attach(listener)).transpose()?];
-        // What has come by now is told by the new attachment.
-        set.is_due.set(false);
-        Ok(Self { set, stop, listener, requests: None, _attached: attached })
+    /// Attaches the stop request, and the bell of a topic where there is one.
+    pub fn new(set: &'a WaitSet, stop: &'a Stop, bell: Option<&'a Bell>) -> Result<Self, WaitError> {
+        let attached = [Some(set.attach(stop)?), bell.map(|bell| set.attach_bell(bell)).transpose()?];
+        Ok(Self { set, stop, bell, requests: None, _attached: attached })
     }
 
-    /// Uses a set to which both are attached for good ([`WaitSet::keep`]).
+    /// Uses a set to which both are attached for good ([`WaitSet::keep`], [`WaitSet::hear`]).
     #[must_use]
-    pub fn of_kept(set: &'a WaitSet, stop: &'a Stop, listener: Option<&'a Listener<S>>) -> Self {
-        Self { set, stop, listener, requests: None, _attached: [None, None] }
+    pub fn of_kept(set: &'a WaitSet, stop: &'a Stop, bell: Option<&'a Bell>) -> Self {
+        Self { set, stop, bell, requests: None, _attached: [None, None] }
     }
 
     /// Attaches the listener of a control topic too. Its events are [`Wake::Other`] and told by [`Waiter::take_request`].
@@ -143,23 +156,16 @@ where
 
     /// Sleeps until something happens or the time is over.
     ///
-    /// An event of the topic is taken from its socket by the wait after the one that told of it, which then says
-    /// [`Wake::Event`] once more and at once: whoever receives until there is nothing more and waits again misses nothing. So
-    /// nothing but the wake-up lies between an event and its message, and who is still busy when further messages come
-    /// costs their sender no system call.
+    /// A bell that rang since the last wait is told at once, without sleeping: whoever receives until there is nothing more and waits
+    /// again misses nothing, because a message is sent before it is rung for.
     pub fn wait(&self, timeout: Duration) -> Result<Wake, WaitError> {
         if self.stop.is_triggered() {
             return Ok(Wake::Stop);
         }
-        if self.set.is_due.take() {
-            drain(self.listener)?;
-            return Ok(Wake::Event);
-        }
         let (event, request, other) = self.sleep(timeout)?;
-        self.set.is_due.set(event);
         if request && let Some(requests) = &self.requests {
             requests.called.set(true);
-            drain(Some(requests.listener))?;
+            drain(requests.listener)?;
         }
         Ok(match (self.stop.is_triggered(), event, other || request) {
             (true, ..) => Wake::Stop,
@@ -172,23 +178,18 @@ where
     /// Whether the topic, the control topic or anything else is ready.
     fn sleep(&self, timeout: Duration) -> Result<(bool, bool, bool), WaitError> {
         let (mut event, mut request, mut other) = (false, false, false);
-        let comes_from = |source: &EpollEvent, listener: &Listener<S>| matches!(source, EpollEvent::FileDescriptor(source) if source.originates_from(listener.file_descriptor()));
-        self.set.wait(timeout, |source| match (self.listener, &self.requests) {
-            (Some(listener), _) if comes_from(source, listener) => event = true,
-            (_, Some(requests)) if comes_from(source, requests.listener) => request = true,
+        let comes_from = |source: &EpollEvent, descriptor: &FileDescriptor| matches!(source, EpollEvent::FileDescriptor(source) if source.originates_from(descriptor));
+        self.set.wait(timeout, |source| match (self.bell, &self.requests) {
+            (Some(bell), _) if comes_from(source, bell.file_descriptor()) => event = true,
+            (_, Some(requests)) if comes_from(source, requests.listener.file_descriptor()) => request = true,
             _ => other = true,
         })?;
         Ok((event, request, other))
     }
 }
 
-fn drain<S: Service>(listener: Option<&Listener<S>>) -> Result<(), WaitError> {
-    match listener {
-        Some(listener) => {
-            listener.try_wait(|_| ()).map_err(|error| WaitError(format!("{error:?}"))).map(drop)
-        }
-        None => Ok(()),
-    }
+fn drain<S: Service>(listener: &Listener<S>) -> Result<(), WaitError> {
+    listener.try_wait(|_| ()).map(drop).map_err(|error| WaitError(format!("{error:?}")))
 }
 
 /// The operating system refuses to wait; its word for it.

@@ -80,8 +80,8 @@ fn no_message_is_missed_wherever_it_meets_its_receiver() {
         let receiver = scope.spawn(|| {
             let (input, stop, set) = (ground.viewer(), Stop::new().unwrap(), WaitSet::new().unwrap());
             set.keep(&stop).unwrap();
-            set.keep(input.listener()).unwrap();
-            receive_until(MESSAGES, &input, &Waiter::of_kept(&set, &stop, Some(input.listener())), &seen);
+            set.hear(input.bell()).unwrap();
+            receive_until(MESSAGES, &input, &Waiter::of_kept(&set, &stop, Some(input.bell())), &seen);
         });
         while out.subscribers() == 0 {
             std::thread::sleep(Duration::from_millis(1));
@@ -106,7 +106,7 @@ fn messages_that_come_faster_than_they_are_received_end_with_the_newest() {
     std::thread::scope(|scope| {
         let receiver = scope.spawn(|| {
             let (input, stop, set) = (ground.viewer(), Stop::new().unwrap(), WaitSet::new().unwrap());
-            let waiter = Waiter::new(&set, &stop, Some(input.listener())).unwrap();
+            let waiter = Waiter::<Local>::new(&set, &stop, Some(input.bell())).unwrap();
             receive_until(MESSAGES, &input, &waiter, &seen);
         });
         while out.subscribers() == 0 {
@@ -117,19 +117,19 @@ fn messages_that_come_faster_than_they_are_received_end_with_the_newest() {
     });
 }
 
-/// Who is not done with a message is not woken for the next ones: they are found in the queue.
+/// Who is not done with a message is told once of all that came meanwhile.
 #[test]
-fn an_event_is_told_once_more_after_it_was_taken_and_then_no_more() {
+fn what_rang_while_a_receiver_was_busy_is_told_once_and_then_no_more() {
     let ground = Ground::new();
     let (out, input) = (ground.camera(), ground.viewer());
     let (stop, set) = (Stop::new().unwrap(), WaitSet::new().unwrap());
-    let waiter = Waiter::new(&set, &stop, Some(input.listener())).unwrap();
+    let waiter = Waiter::<Local>::new(&set, &stop, Some(input.bell())).unwrap();
     let soon = Duration::from_millis(1);
-    // The camera came before the viewer, so there is no event yet.
     assert_eq!(waiter.wait(soon).unwrap(), Wake::TimedOut);
     for sequence in 0..3 {
         send(&out, sequence);
         assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
+        assert_eq!(waiter.wait(soon).unwrap(), Wake::TimedOut);
         (10..15).for_each(|sequence| send(&out, sequence));
         assert_eq!(input.newest().unwrap().unwrap().user_header().sequence, 14);
         assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
@@ -138,19 +138,34 @@ fn an_event_is_told_once_more_after_it_was_taken_and_then_no_more() {
     }
 }
 
+/// A program of somebody else knows the topic's event only.
+#[test]
+fn a_listener_of_another_program_is_notified_too() {
+    let ground = Ground::new();
+    let out = ground.camera();
+    let bus = ground.bus("somebody else");
+    let name = "tagbus/v1/cam0/frames".try_into().unwrap();
+    let events = bus.node().service_builder(&name).event().open().unwrap();
+    let listener = events.listener_builder().create().unwrap();
+    send(&out, 1);
+    assert!(listener.try_wait(|_| ()).unwrap() > 0);
+    drop((listener, events));
+    send(&out, 2);
+}
+
 /// Another waiter on the same set begins with what is there.
 #[test]
-fn an_event_that_was_not_taken_wakes_the_next_waiter() {
+fn a_bell_that_rang_before_wakes_the_next_waiter_at_once() {
     let ground = Ground::new();
     let (out, input) = (ground.camera(), ground.viewer());
     let (stop, set) = (Stop::new().unwrap(), WaitSet::new().unwrap());
-    let waiter = Waiter::new(&set, &stop, Some(input.listener())).unwrap();
+    let waiter = Waiter::<Local>::new(&set, &stop, Some(input.bell())).unwrap();
     send(&out, 1);
     assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
     drop(waiter);
     let nothing = Waiter::<Local>::new(&set, &stop, None).unwrap();
     assert_eq!(nothing.wait(Duration::from_millis(1)).unwrap(), Wake::TimedOut);
     drop(nothing);
-    let waiter = Waiter::new(&set, &stop, Some(input.listener())).unwrap();
+    let waiter = Waiter::<Local>::new(&set, &stop, Some(input.bell())).unwrap();
     assert_eq!(waiter.wait(WATCHDOG).unwrap(), Wake::Event);
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use tagbus_family::Family;
+use tagbus_message::Local;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::control::{
     DetectorAnswer, DetectorAsk, DetectorChange, DetectorReply, DetectorRequest, DetectorStatistics, Outcome,
@@ -15,7 +16,7 @@ use tagbus_message::wait::{WaitError, Waiter};
 use crate::change::{self, Circumstances};
 use crate::in_force::InForce;
 use crate::report::Summary;
-use crate::search::{Local, Search};
+use crate::search::Search;
 
 /// Where requests are answered.
 pub(crate) struct Desk<'a> {

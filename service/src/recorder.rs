@@ -1,6 +1,7 @@
 //! What the detector counts about itself: how long each hop of each frame took. Published when there is nothing better to do.
 
 use tagbus_detector::Phase;
+use tagbus_message::Local;
 use tagbus_message::bus::Bus;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::detection::DetectionsHeader;
@@ -10,7 +11,7 @@ use tagbus_message::stats::{DETECTOR_HOPS, DetectorStats};
 use tagbus_message::stats_ports::{ClientsTopic, StatsOut};
 use tagbus_message::tally::{Tally, UNKNOWN, between};
 
-use crate::search::{Local, Search};
+use crate::search::Search;
 
 /// Places in [`DETECTOR_HOPS`].
 const RECEIVE: usize = 0;

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use tagbus_message::Local;
 use tagbus_message::bus::{Bus, BusError, Patience};
 use tagbus_message::control::DetectorState;
 use tagbus_message::domain::Domain;
@@ -15,7 +16,7 @@ use crate::config::ServiceConfig;
 use crate::desk::Desk;
 use crate::recorder::Tape;
 use crate::report::{Report, ServiceError, Summary};
-use crate::search::{Local, Search};
+use crate::search::Search;
 
 /// A silence that a user is told of; shorter ones are a hiccup.
 const WORTH_TELLING: Duration = Duration::from_secs(1);
@@ -115,7 +116,7 @@ fn serve(search: &mut Search, place: &Place, stop: &Stop) -> Result<End, Service
             search.tell(&Report::Connected);
         }
         search.state = DetectorState::Detecting;
-        let waiter = Waiter::new(&set, stop, Some(frames.listener()))?.with_requests(requests.listener())?;
+        let waiter = Waiter::new(&set, stop, Some(frames.bell()))?.with_requests(requests.listener())?;
         match receive(search, &frames, &out, &waiter, &mut besides, &mut silence)? {
             End::Replaced if out.is_in_place() => {}
             End::Replaced => return Ok(End::Removed),

@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use iceoryx2::prelude::ipc;
 use iceoryx2::sample::Sample;
 
 use tagbus_detector::{Detection, Geometry, LumaView};
+use tagbus_message::Local;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::control::DetectorState;
 use tagbus_message::detection::{DetectionsHeader, header_flags};
@@ -20,8 +20,6 @@ use crate::recorder::{PhaseClock, Recorder};
 use crate::region;
 use crate::report::{Limiter, Report, ServiceError, Summary};
 
-/// The variant of iceoryx2 within this process: its ports stay in one thread.
-pub(crate) type Local = ipc::Service;
 /// A frame in shared memory.
 pub(crate) type FrameSample = Sample<Local, [u8], FrameHeader>;
 
@@ -216,6 +214,6 @@ fn send(
     if let Some(watch) = watch {
         watch(Moment::Sent);
     }
-    out.notify().map_err(|error| format!("clients could not be woken ({error:?})"))?;
+    out.notify().map_err(|error| format!("clients could not be woken: {error}"))?;
     Ok(header)
 }

@@ -21,8 +21,8 @@ pub(super) const OWN: &str = "evil";
 const MAX_BYTES: usize = 64 * 1024;
 /// Tags of the longest message of the hostile detector.
 const MAX_TAGS: usize = 64;
-/// Pause between two messages of a hostile publisher: 200 a second.
-const PUBLISHING_PAUSE: Duration = Duration::from_millis(5);
+/// Mean pause between two messages of a hostile publisher: 200 a second.
+const PAUSE: Duration = Duration::from_millis(5);
 /// Subscribers of whoever hoards or never reads, of detections and of frames. Some places are left for others.
 const IDLE: [usize; 2] = [24, 3];
 /// What is attacked is there already.
@@ -156,11 +156,18 @@ impl Attacker {
         Ok(Bus::start(&self.domain, "attacker", &self.stop)?)
     }
 
+    /// Sleeps between nothing and twice the mean pause: at equal distances from the honest frames, which come regularly, some would always
+    /// meet a processor that is awake, and others never.
+    fn has_to_stop(&mut self) -> bool {
+        let pause = PAUSE.mul_f64(2.0 * self.random.below(1024) as f64 / 1024.0);
+        self.stop.wait(pause)
+    }
+
     fn publish_frames(&mut self) -> Result<u64, Failure> {
         let out = self.bus()?.create_frames(OWN, &qos::FRAMES, MAX_BYTES)?;
         let noise: Vec<u8> = (0..MAX_BYTES).map(|_| self.random.bits() as u8).collect();
         let mut count = 0;
-        while !self.stop.wait(PUBLISHING_PAUSE) {
+        while !self.has_to_stop() {
             let honest = lies::honest_header(count)?;
             let (header, length) = match self.is_tame {
                 true => (honest, honest.bytes_used as usize),
@@ -185,7 +192,7 @@ impl Attacker {
     fn publish_detections(&mut self) -> Result<u64, Failure> {
         let out = self.bus()?.create_detections("cam0", OWN, MAX_TAGS)?;
         let mut count = 0;
-        while !self.stop.wait(PUBLISHING_PAUSE) {
+        while !self.has_to_stop() {
             let mut header = lies::detections_header(&mut self.random);
             let tags: Vec<_> =
                 (0..self.random.below(MAX_TAGS as u64)).map(|_| lies::tag(&mut self.random)).collect();
@@ -215,7 +222,7 @@ impl Attacker {
             frames.push(bus.open_frames("cam0", qos::FRAMES.buffer, patience)?);
         }
         let (mut kept_detections, mut kept_frames) = (Vec::new(), Vec::new());
-        while !self.stop.wait(PUBLISHING_PAUSE) {
+        while !self.has_to_stop() {
             if attack == Attack::Hoard {
                 // That it may hold no more is the end of it.
                 kept_detections.extend(detections.iter().filter_map(|input| input.receive().ok().flatten()));

@@ -8,6 +8,6 @@ mod run;
 mod verdict;
 
 pub(crate) use attack::{Attack, AttackOrder, attack};
-pub(crate) use report::{HOW, page};
+pub(crate) use report::{HOW, csv, page};
 pub(crate) use run::{Plan, run};
 pub(crate) use verdict::faults;

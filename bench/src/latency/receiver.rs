@@ -7,13 +7,15 @@ use std::os::fd::AsFd;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::{CallbackProgression, SignalHandlingMode, WaitSetBuilder, ipc};
+use iceoryx2::prelude::{CallbackProgression, SignalHandlingMode, WaitSetBuilder};
+use tagbus_message::Local;
 use tagbus_message::bus::{Bus, Patience};
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::domain::Domain;
 use tagbus_message::ports::FramesIn;
 use tagbus_message::qos;
 use tagbus_message::stop::Stop;
+use tagbus_message::topics;
 use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
 use super::copied::{BYTES, END, Label, WARM_UP};
@@ -159,11 +161,11 @@ fn from_standard_input(order: &ReceiveOrder, notes: &mut Notes) -> Result<(), Fa
 fn from_bus(order: &ReceiveOrder, notes: &mut Notes) -> Result<(), Failure> {
     let domain = Domain::with_root(&order.domain, &order.root)?;
     let stop = Stop::new()?;
-    let bus = Bus::<ipc::Service>::start(&domain, "receiver", &stop)?;
+    let bus = Bus::<Local>::start(&domain, "receiver", &stop)?;
     let frames = bus.open_frames(CAMERA, qos::DETECTOR_FRAME_BUFFER, Patience::AtMost(PATIENCE))?;
     match order.way {
         Way::Bus => awake_by_event(&frames, &stop, notes),
-        Way::WaitSet => awake_by_wait_set(&frames, notes),
+        Way::WaitSet => awake_by_wait_set(&bus, &frames, notes),
         _ => polling(&frames, notes),
     }
 }
@@ -172,7 +174,7 @@ fn from_bus(order: &ReceiveOrder, notes: &mut Notes) -> Result<(), Failure> {
 pub(super) const CAMERA: &str = "cam0";
 
 /// Takes the newest frame, if there is one; says how it stands then.
-fn take_newest(frames: &FramesIn<ipc::Service>, notes: &mut Notes) -> Result<Option<Outlook>, Failure> {
+fn take_newest(frames: &FramesIn<Local>, notes: &mut Notes) -> Result<Option<Outlook>, Failure> {
     let frame = frames.newest().map_err(|error| format!("a frame could not be received ({error:?})"))?;
     let Some(frame) = frame else { return Ok(None) };
     // Copied out once and checked by every reader of frames; here the picture is read as it lies.
@@ -182,9 +184,9 @@ fn take_newest(frames: &FramesIn<ipc::Service>, notes: &mut Notes) -> Result<Opt
     Ok(Some(notes.take(label, frame.payload())))
 }
 
-fn awake_by_event(frames: &FramesIn<ipc::Service>, stop: &Stop, notes: &mut Notes) -> Result<(), Failure> {
+fn awake_by_event(frames: &FramesIn<Local>, stop: &Stop, notes: &mut Notes) -> Result<(), Failure> {
     let set = WaitSet::new()?;
-    let waiter = Waiter::new(&set, stop, Some(frames.listener()))?;
+    let waiter = Waiter::<Local>::new(&set, stop, Some(frames.bell()))?;
     tell_ready()?;
     loop {
         match take_newest(frames, notes)? {
@@ -197,12 +199,16 @@ fn awake_by_event(frames: &FramesIn<ipc::Service>, stop: &Stop, notes: &mut Note
     }
 }
 
-/// As every role waited once: iceoryx2's own wait set, and the event taken from its socket before the frame is.
-fn awake_by_wait_set(frames: &FramesIn<ipc::Service>, notes: &mut Notes) -> Result<(), Failure> {
+/// As every role waited once, and as a program does that knows iceoryx2 and not tagbus: an event, its own wait set, and the event taken from
+/// its socket before the frame is.
+fn awake_by_wait_set(bus: &Bus<Local>, frames: &FramesIn<Local>, notes: &mut Notes) -> Result<(), Failure> {
     let trouble = |error: &dyn std::fmt::Debug| format!("the wait set fails ({error:?})");
+    let name = topics::frames(CAMERA)?.as_str().try_into().map_err(|error| trouble(&error))?;
+    let events = bus.node().service_builder(&name).event().open().map_err(|error| trouble(&error))?;
+    let listener = events.listener_builder().create().map_err(|error| trouble(&error))?;
     let set = WaitSetBuilder::new().signal_handling_mode(SignalHandlingMode::Disabled);
-    let set = set.create::<ipc::Service>().map_err(|error| trouble(&error))?;
-    let guard = set.attach_notification(frames.listener()).map_err(|error| trouble(&error))?;
+    let set = set.create::<Local>().map_err(|error| trouble(&error))?;
+    let guard = set.attach_notification(&listener).map_err(|error| trouble(&error))?;
     tell_ready()?;
     loop {
         let mut is_event = false;
@@ -217,14 +223,14 @@ fn awake_by_wait_set(frames: &FramesIn<ipc::Service>, notes: &mut Notes) -> Resu
         if !is_event {
             return Err("no frame came".into());
         }
-        frames.listener().try_wait(|_| ()).map_err(|error| trouble(&error))?;
+        listener.try_wait(|_| ()).map_err(|error| trouble(&error))?;
         if take_newest(frames, notes)? == Some(Outlook::Over) {
             return Ok(());
         }
     }
 }
 
-fn polling(frames: &FramesIn<ipc::Service>, notes: &mut Notes) -> Result<(), Failure> {
+fn polling(frames: &FramesIn<Local>, notes: &mut Notes) -> Result<(), Failure> {
     tell_ready()?;
     let mut last = Instant::now();
     loop {

@@ -10,9 +10,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::ipc;
 use rustix::net::sockopt;
 use rustix::pipe::fcntl_setpipe_size;
+use tagbus_message::Local;
 use tagbus_message::bus::Bus;
 use tagbus_message::clock::monotonic_ns;
 use tagbus_message::domain::Domain;
@@ -157,7 +157,7 @@ impl Drop for Receiver {
 
 /// The sender's end.
 enum Link {
-    Bus { out: Box<FramesOut<ipc::Service>>, wakes: bool, picture: Vec<u8> },
+    Bus { out: Box<FramesOut<Local>>, wakes: bool, picture: Vec<u8> },
     Copies { outs: Vec<File>, frame: Vec<u8> },
     Zeromq { publisher: Publisher, frame: Vec<u8> },
 }
@@ -264,7 +264,7 @@ impl Link {
 
 /// As a camera does: loan, write, header, send, notify.
 fn publish(
-    out: &FramesOut<ipc::Service>,
+    out: &FramesOut<Local>,
     wakes: bool,
     picture: &[u8],
     sequence: u64,

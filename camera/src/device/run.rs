@@ -10,7 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::ipc;
+use tagbus_message::Local;
 use tagbus_message::info::CameraState;
 use tagbus_message::stop::Stop;
 use tagbus_message::wait::{WaitSet, Waiter, Wake};
@@ -198,7 +198,7 @@ impl DeviceCamera<'_> {
     fn stream(&mut self, stream: &mut Stream, stop: &Stop) -> Result<Ending, Broken> {
         let trouble = |error: &dyn std::fmt::Display| io::Error::other(error.to_string());
         let set = WaitSet::new().map_err(|error| trouble(&error))?;
-        let waiter = Waiter::<ipc::Service>::new(&set, stop, None).map_err(|error| trouble(&error))?;
+        let waiter = Waiter::<Local>::new(&set, stop, None).map_err(|error| trouble(&error))?;
         let readiness = stream.port().readiness()?;
         let _attached = set.attach(&readiness).map_err(|error| trouble(&error))?;
         let patience = SILENT.max(self.frame_time * SILENT_FRAMES);

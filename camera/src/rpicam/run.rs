@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use iceoryx2::prelude::ipc;
+use tagbus_message::Local;
 use tagbus_message::clock;
 use tagbus_message::frame::YU12;
 use tagbus_message::info::CameraState;
@@ -147,7 +147,7 @@ impl PipeCamera<'_> {
     fn read(&mut self, running: &mut Running, stop: &Stop) -> io::Result<Result<Over, CameraError>> {
         let trouble = |error: &dyn std::fmt::Debug| io::Error::other(format!("{error:?}"));
         let set = WaitSet::new().map_err(|error| trouble(&error))?;
-        let waiter = Waiter::<ipc::Service>::new(&set, stop, None).map_err(|error| trouble(&error))?;
+        let waiter = Waiter::<Local>::new(&set, stop, None).map_err(|error| trouble(&error))?;
         let readiness = running.readiness()?;
         let _attached = set.attach(&readiness).map_err(|error| trouble(&error))?;
         let mut reader = FrameReader::new(self.shape);

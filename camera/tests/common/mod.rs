@@ -95,7 +95,7 @@ impl RunningCamera {
 pub(crate) fn receive(frames: &FramesIn<ipc::Service>) -> (FrameHeader, Vec<u8>) {
     let stop = Stop::new().unwrap();
     let set = WaitSet::new().unwrap();
-    let waiter = Waiter::new(&set, &stop, Some(frames.listener())).unwrap();
+    let waiter = Waiter::<ipc::Service>::new(&set, &stop, Some(frames.bell())).unwrap();
     loop {
         if let Some(sample) = frames.receive().unwrap() {
             let header = *sample.user_header();
