@@ -65,6 +65,7 @@ fn main() -> ExitCode {
         Command::Latency(arguments) => latency(&arguments),
         Command::LatencyClient(order) => latency::listen(&order),
         Command::LatencyEcho(order) => latency::echo(&order),
+        Command::LatencySleeper => latency::sleep(),
         Command::LatencyReceiver(order) => latency::receive(&order),
         Command::Many(arguments) => many(&arguments),
         Command::Phases(arguments) => phases(&arguments),
@@ -138,7 +139,7 @@ fn critical(arguments: &CriticalArguments) -> Result<(), Failure> {
 }
 
 fn clock_of_camera(arguments: &ClockArguments) -> Result<(), Failure> {
-    let pattern = delay::Pattern::new(arguments.step)?;
+    let pattern = arguments.pattern()?;
     let duration = Duration::from_secs(arguments.seconds.into());
     if let Some(delay_ms) = arguments.check {
         return clock_check(arguments, &pattern, delay_ms);
@@ -160,7 +161,7 @@ fn clock_of_camera(arguments: &ClockArguments) -> Result<(), Failure> {
         }
         seen
     })?;
-    print!("{}", delay::tag_page(&seen, &pattern));
+    print!("{}", delay::shown_page(&seen, &pattern));
     Ok(())
 }
 
@@ -172,9 +173,10 @@ fn clock_check(arguments: &ClockArguments, pattern: &delay::Pattern, delay_ms: u
         rate: arguments.rate,
         duration: Duration::from_secs(arguments.seconds.into()),
         light: arguments.light,
+        number: arguments.number,
     };
     match delay::check(&check)? {
-        delay::Found::Tag(seen) => print!("{}", delay::tag_page(&seen, pattern)),
+        delay::Found::Shown(seen) => print!("{}", delay::shown_page(&seen, pattern)),
         delay::Found::Light(light) => print!("{}", delay::light_page(&light)),
     }
     Ok(())

@@ -30,8 +30,9 @@ const ROOMS: [Room; 11] = [
     // Its random numbers are its own (scene/src/random.rs).
     room("scene", &["family"], &[]),
     room("detector", &["family"], &["nalgebra"]),
-    // Parts of iceoryx2: iceoryx2-bb-posix reads the clock, iceoryx2-bb-linux waits.
-    room("message", &[], &["iceoryx2", "iceoryx2-bb-posix", "iceoryx2-bb-linux", "rustix"]),
+    // Parts of iceoryx2: iceoryx2-bb-posix reads the clock, iceoryx2-bb-linux waits, the others are what a variant of it is made of.
+    room("message", &[],
+        &["iceoryx2", "iceoryx2-bb-elementary-traits", "iceoryx2-bb-linux", "iceoryx2-bb-posix", "iceoryx2-cal", "rustix"]),
     room("camera", &["message", "scene"],
         &["iceoryx2", "v4l", "libcamera", "dma-buf", "libc", "rustix", "image", "zune-jpeg", "zune-core"]),
     room("service", &["message", "detector", "family"], &["iceoryx2"]),

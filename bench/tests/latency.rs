@@ -29,7 +29,16 @@ const SLACK_MS: f64 = 200.0;
 
 #[test]
 fn a_delay_that_no_stamp_tells_is_found_with_a_tag() {
-    let page = run(&["clock", "--check", "30", "--step", "5", "--seconds", "6"]);
+    finds_the_delay(&["clock", "--check", "30", "--step", "5", "--seconds", "6"]);
+}
+
+#[test]
+fn a_delay_that_no_stamp_tells_is_found_with_the_number_of_a_frame() {
+    finds_the_delay(&["clock", "--check", "30", "--number", "--step", "5", "--seconds", "6"]);
+}
+
+fn finds_the_delay(arguments: &[&str]) {
+    let page = run(arguments);
     let stamp = numbers(&page, "stamp of the camera");
     let [count, shortest, median, .., uncertainty] = stamp[..] else { panic!("{page}") };
     assert!(count > 20.0 && uncertainty == 2.5, "{page}");

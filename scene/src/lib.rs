@@ -55,6 +55,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod number;
+
 // Numbers that are the same everywhere.
 mod elementary;
 mod random;

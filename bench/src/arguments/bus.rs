@@ -6,7 +6,7 @@ use clap::builder::TypedValueParser as _;
 use tagbus_client::{ConnectOptions, Domain};
 
 use super::size;
-use crate::delay::{Screen, Switch};
+use crate::delay::{Pattern, Screen, Switch};
 use crate::hostile::Attack;
 use crate::latency::Way;
 
@@ -60,11 +60,14 @@ pub(crate) struct ClockArguments {
     /// A command that switches a light and gets 1 or 0 as its last argument, instead of the pattern.
     #[arg(long, conflicts_with_all = ["show", "led"])]
     pub(crate) toggle: Option<String>,
+    /// A number in the top left corner of the frames instead of a tag, as `tagbus_scene::number` writes it: for whoever plays frames to a driver.
+    #[arg(long, conflicts_with_all = ["show", "led", "toggle"])]
+    pub(crate) number: bool,
     /// Instead of a real camera one of its own, whose frames are late by so many milliseconds: what is found has to be that.
     #[arg(long, conflicts_with_all = ["show", "led", "toggle"])]
     pub(crate) check: Option<u32>,
     /// The camera of its own sees a light.
-    #[arg(long, requires = "check")]
+    #[arg(long, requires = "check", conflicts_with = "number")]
     pub(crate) light: bool,
     /// Frames a second of the camera of its own.
     #[arg(long, default_value_t = 30, requires = "check")]
@@ -83,6 +86,10 @@ impl ClockArguments {
         };
         let options = ConnectOptions::in_domain(domain).camera(&self.camera).detector(&self.detector);
         Ok(options.deadline(std::time::Duration::from_secs(10)))
+    }
+
+    pub(crate) fn pattern(&self) -> Result<Pattern, crate::Failure> {
+        if self.number { Pattern::of_numbers(self.step) } else { Pattern::new(self.step) }
     }
 
     pub(crate) fn switch(&self) -> Option<Switch> {

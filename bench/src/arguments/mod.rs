@@ -91,6 +91,9 @@ pub(crate) enum Command {
     /// A process that answers each wake-up.
     #[command(hide = true)]
     LatencyEcho(EchoOrder),
+    /// A process that notes each wake-up.
+    #[command(hide = true)]
+    LatencySleeper,
     /// A receiver of frames that this program sends.
     #[command(hide = true)]
     LatencyReceiver(ReceiveOrder),

@@ -26,11 +26,14 @@ pub(crate) struct Check {
     pub(crate) duration: Duration,
     /// A light instead of a tag.
     pub(crate) light: bool,
+    /// A number in the frames of the scene instead of a tag.
+    pub(crate) number: bool,
 }
 
 /// What was found of a delay that is known.
 pub(crate) enum Found {
-    Tag(Seen),
+    /// A tag or a number.
+    Shown(Seen),
     Light(Light),
 }
 
@@ -58,19 +61,24 @@ fn in_folder(check: &Check, folder: &Path, machine: &mut Machine) -> Result<Foun
     if check.light {
         return Ok(Found::Light(light::light(&reach, &Switch::File(lamp), check.duration)?));
     }
-    let pattern = Pattern::new(check.step_ms)?;
+    let pattern =
+        if check.number { Pattern::of_numbers(check.step_ms) } else { Pattern::new(check.step_ms) }?;
     let family = format!("--family={}", pattern.family().name());
     machine.detector(CAMERA, DETECTOR, &[family])?;
-    Ok(Found::Tag(watch::watch(&reach, &pattern, check.duration)?))
+    Ok(Found::Shown(watch::watch(&reach, &pattern, check.duration)?))
 }
 
 /// What the camera takes for `rpicam-vid`.
 fn write_script(check: &Check, folder: &Path, lamp: &Path) -> Result<(), Failure> {
     fs::write(lamp, "0")?;
     let bench = std::env::current_exe()?;
-    let light = if check.light { format!("--light '{}'", lamp.display()) } else { String::new() };
+    let shown = match (check.light, check.number) {
+        (true, _) => format!("--light '{}'", lamp.display()),
+        (false, true) => "--number".to_owned(),
+        (false, false) => String::new(),
+    };
     let script = format!(
-        "#!/bin/sh\nexec '{}' clock-stand-in --delay {} --step {} {light} -- \"$@\"\n",
+        "#!/bin/sh\nexec '{}' clock-stand-in --delay {} --step {} {shown} -- \"$@\"\n",
         bench.display(),
         check.delay_ms,
         check.step_ms

@@ -7,11 +7,13 @@
 //!       │◀── what nobody else knows ─▶│◀─ what stamps say ▶│
 //! ```
 //!
-//! Two things can be seen: a tag whose id counts time (on a screen, or from a stand-in for a camera), and a light.
+//! Three things can be seen: a tag whose id counts time (on a screen, or from a stand-in for a camera), a number that does so in the corner of
+//! frames that a program plays, and a light.
 
 mod check;
 mod interval;
 mod light;
+mod numbered;
 mod pattern;
 mod report;
 mod screen;
@@ -21,7 +23,7 @@ mod watch;
 pub(crate) use check::{Check, Found, check};
 pub(crate) use light::{Switch, light};
 pub(crate) use pattern::Pattern;
-pub(crate) use report::{light_page, tag_page};
+pub(crate) use report::{light_page, shown_page};
 pub(crate) use screen::Screen;
 pub(crate) use stand_in::{StandInOrder, stand_in};
 pub(crate) use watch::watch;

@@ -36,18 +36,22 @@ fn common(delays: &Delays) -> String {
     }
 }
 
-/// From the moment that a tag was shown.
-pub(crate) fn tag_page(seen: &Seen, pattern: &Pattern) -> String {
+/// From the moment that a tag or a number was shown.
+pub(crate) fn shown_page(seen: &Seen, pattern: &Pattern) -> String {
     let mut text = format!("From the moment that a frame shows:\n\n{HEAD}");
     for (name, delays) in HOPS.iter().zip(&seen.delays) {
         text += &row(name, delays);
     }
     text += &common(&seen.delays[0]);
+    let (what, without) = match pattern.is_number() {
+        true => ("number", "Messages of frames whose number was not read"),
+        false => ("tag", "Messages without exactly one tag of the pattern"),
+    };
     // Writing to a String cannot fail.
     let _ = writeln!(
         text,
-        "A tag each {:.0} ms tells times apart that are less than {:.1} s old. A single time can be off by what +- says, the median of many \
-         is not. Messages without exactly one tag of the pattern: {}; with stamps of another clock: {}.",
+        "A {what} each {:.0} ms tells times apart that are less than {:.1} s old. A single time can be off by what +- says, the median of many \
+         is not. {without}: {}; with stamps of another clock: {}.",
         pattern.step_ns() as f64 / 1e6,
         pattern.range_ns() as f64 / 1e9,
         seen.unclear,

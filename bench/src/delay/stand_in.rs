@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use tagbus_family::{Grid, Paint};
 use tagbus_message::clock::monotonic_ns;
+use tagbus_scene::{Scene, SceneConfig, number};
 
 use super::pattern::Pattern;
 use crate::Failure;
@@ -17,6 +18,8 @@ use crate::Failure;
 const WHITE: u8 = 235;
 const BLACK: u8 = 16;
 const NO_COLOUR: u8 = 128;
+/// Pictures of the scene that are drawn before, because drawing one takes longer than a frame may.
+const PICTURES: u64 = 16;
 
 /// What the stand-in shows.
 #[derive(clap::Args)]
@@ -30,6 +33,9 @@ pub(crate) struct StandInOrder {
     /// A file that says 1 or 0: how bright the picture is, instead of a tag.
     #[arg(long)]
     light: Option<PathBuf>,
+    /// The built-in scene with a number in its corner, instead of a tag.
+    #[arg(long)]
+    number: bool,
     /// What `rpicam-vid` would be told.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     told: Vec<String>,
@@ -43,7 +49,8 @@ pub(crate) fn stand_in(order: &StandInOrder) -> Result<(), Failure> {
     };
     let size = [told("--width")? as usize, told("--height")? as usize];
     let frame_time_ns = 1_000_000_000 / told("--framerate")?.max(1);
-    let (pattern, delay_ns) = (Pattern::new(order.step)?, u64::from(order.delay) * 1_000_000);
+    let delay_ns = u64::from(order.delay) * 1_000_000;
+    let show = Show::new(order, size)?;
     let mut frame = vec![NO_COLOUR; size[0] * size[1] * 3 / 2];
     let mut out = io::stdout().lock();
     let mut moment_ns = monotonic_ns();
@@ -51,19 +58,52 @@ pub(crate) fn stand_in(order: &StandInOrder) -> Result<(), Failure> {
         moment_ns += frame_time_ns;
         sleep_until(moment_ns);
         let luma = &mut frame[..size[0] * size[1]];
-        match &order.light {
-            Some(file) => luma.fill(if is_on(file) { WHITE } else { BLACK }),
-            None => {
-                if let Some(grid) = pattern.family().grid(pattern.id_at(moment_ns)) {
-                    draw(luma, size, &grid);
-                }
-            }
-        }
+        show.draw(luma, size, moment_ns);
         sleep_until(moment_ns + delay_ns);
         match out.write_all(&frame).and_then(|()| out.flush()) {
             Ok(()) => {}
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
             Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// What frames show.
+enum Show {
+    Tag(Pattern),
+    Light(PathBuf),
+    /// Pictures one after the other.
+    Number(Pattern, Vec<Vec<u8>>),
+}
+
+impl Show {
+    fn new(order: &StandInOrder, [width, height]: [usize; 2]) -> Result<Self, Failure> {
+        if let Some(file) = &order.light {
+            return Ok(Self::Light(file.clone()));
+        }
+        if !order.number {
+            return Ok(Self::Tag(Pattern::new(order.step)?));
+        }
+        let scene = Scene::new(SceneConfig { width, height, ..SceneConfig::default() })?;
+        let mut pictures = vec![vec![0; width * height]; PICTURES as usize];
+        pictures.iter_mut().zip(0..).for_each(|(picture, frame)| scene.render(frame, picture));
+        Ok(Self::Number(Pattern::of_numbers(order.step)?, pictures))
+    }
+
+    fn draw(&self, luma: &mut [u8], size: [usize; 2], moment_ns: u64) {
+        match self {
+            Self::Light(file) => luma.fill(if is_on(file) { WHITE } else { BLACK }),
+            Self::Tag(pattern) => {
+                if let Some(grid) = pattern.family().grid(pattern.id_at(moment_ns)) {
+                    draw(luma, size, &grid);
+                }
+            }
+            Self::Number(pattern, pictures) => {
+                let step = moment_ns / pattern.step_ns();
+                luma.copy_from_slice(&pictures[(step % PICTURES) as usize]);
+                // There are as many numbers as a byte has values.
+                number::write(luma, size[0], pattern.id_at(moment_ns) as u8);
+            }
         }
     }
 }

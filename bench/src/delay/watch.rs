@@ -7,6 +7,7 @@ use tagbus_message::detection::DetectionsHeader;
 use tagbus_message::frame::ClockKind;
 
 use super::interval::{Delay, Delays, Span};
+use super::numbered;
 use super::pattern::Pattern;
 use crate::Failure;
 
@@ -22,7 +23,7 @@ pub(super) const HOPS: [&str; 6] =
 pub(crate) struct Seen {
     /// From showing to each of [`HOPS`].
     pub(super) delays: [Delays; HOPS.len()],
-    /// Messages without a tag of the pattern, or with several different ones.
+    /// Messages without a tag of the pattern or with several different ones, or of frames without a number.
     pub(super) unclear: u64,
     /// Messages whose stamp is of another clock, which cannot be compared.
     pub(super) other_clock: u64,
@@ -34,6 +35,9 @@ pub(crate) fn watch(
     pattern: &Pattern,
     duration: Duration,
 ) -> Result<Seen, Failure> {
+    if pattern.is_number() {
+        return numbered::watch(options, pattern, duration);
+    }
     let mut client = Client::connect(options)?;
     let (begun, mut last, mut seen) = (Instant::now(), Instant::now(), Seen::default());
     while begun.elapsed() < duration {
@@ -48,7 +52,7 @@ pub(crate) fn watch(
             None => {}
         }
     }
-    if seen.delays[HOPS.len() - 1].count() == 0 {
+    if seen.is_empty() {
         let family = pattern.family().name();
         return Err(format!(
             "no message of {} shows the pattern: is it in the picture, and does the detector look for {family}?",
@@ -65,14 +69,27 @@ impl Seen {
         let mut ids: Vec<u32> =
             message.tags().iter().filter(|tag| tag.family() == family).map(|tag| tag.id).collect();
         ids.dedup();
-        let [id] = ids[..] else {
-            self.unclear += 1;
-            return;
-        };
-        match pattern.shown(id, message.client_ns()) {
-            Some(span) => self.note(span, message.header(), message.client_ns()),
+        let id = if let [id] = ids[..] { Some(id) } else { None };
+        self.take_shown(id, pattern, message.header(), message.client_ns());
+    }
+
+    /// What a message's frame showed, if that is clear.
+    pub(super) fn take_shown(
+        &mut self,
+        shown: Option<u32>,
+        pattern: &Pattern,
+        header: &DetectionsHeader,
+        client_ns: u64,
+    ) {
+        match shown.and_then(|shown| pattern.shown(shown, client_ns)) {
+            Some(span) => self.note(span, header, client_ns),
             None => self.unclear += 1,
         }
+    }
+
+    /// Whether nothing clear was seen.
+    pub(super) fn is_empty(&self) -> bool {
+        self.delays[HOPS.len() - 1].count() == 0
     }
 
     fn note(&mut self, span: Span, header: &DetectionsHeader, client_ns: u64) {

@@ -25,7 +25,7 @@ const CLIENTS: usize = 2;
 /// The thread of the honest detector in a process that it shares with that of the hostile camera.
 const DETECTOR_THREAD: &str = "main of cam0";
 /// Attackers come and what they do takes effect in this time.
-const SETTLE: Duration = Duration::from_millis(800);
+const SETTLE: Duration = Duration::from_millis(500);
 /// What takes longer than this hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// After the last attacker has gone its remains are taken away in this time.

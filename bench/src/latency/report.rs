@@ -127,6 +127,14 @@ fn floors(outcome: &Outcome) -> String {
         let [at_once, rested] = floor.times();
         let _ = writeln!(text, "| {} | {} | {} |", floor.bell.name(), at_once.cell(), rested.cell());
     }
+    let _ = writeln!(
+        text,
+        "\nOne eventfd that wakes so many processes by one call, at the rate of the frames, until each of them is awake; they do nothing else.\n\n\
+         | processes | us: {shown} |\n|---:|---:|"
+    );
+    for floor in &outcome.many_floors {
+        let _ = writeln!(text, "| {} | {} |", floor.sleepers, floor.times().cell());
+    }
     text
 }
 
@@ -153,6 +161,9 @@ pub(crate) fn csv(outcome: &Outcome) -> String {
         let [at_once, rested] = floor.times();
         add(floor.bell.name(), 1, "without rest", &at_once);
         add(floor.bell.name(), 1, "at the rate of the frames", &rested);
+    }
+    for floor in &outcome.many_floors {
+        add("eventfd for all", floor.sleepers, "at the rate of the frames", &floor.times());
     }
     text
 }

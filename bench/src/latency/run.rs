@@ -11,6 +11,7 @@ use super::noise::Noise;
 use super::pipeline::{self, Hops, Setting};
 use super::receiver::{Notes, Taken};
 use super::sender::{self, Load};
+use super::sleepers;
 use super::way::Way;
 use crate::Failure;
 
@@ -67,11 +68,18 @@ pub(super) struct Floor {
     pub(super) rested: Vec<u64>,
 }
 
+/// How long nothing but a wake-up of so many by one call takes, at the rate of the frames.
+pub(super) struct ManyFloor {
+    pub(super) sleepers: usize,
+    awake: Vec<u64>,
+}
+
 /// Everything that was measured.
 pub(crate) struct Outcome {
     pub(super) lines: Vec<Line>,
     pub(super) pipelines: Vec<PipeLine>,
     pub(super) floors: Vec<Floor>,
+    pub(super) many_floors: Vec<ManyFloor>,
     pub(super) noise: Noise,
 }
 
@@ -107,9 +115,11 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
         lines: lines(plan),
         pipelines: plan.clients.iter().map(|&clients| PipeLine::new(clients)).collect(),
         floors: Bell::ALL.map(|bell| Floor { bell, at_once: Vec::new(), rested: Vec::new() }).into(),
+        many_floors: plan.clients.iter().map(|&sleepers| ManyFloor { sleepers, awake: Vec::new() }).collect(),
         noise: Noise::begin(),
     };
-    let steps = outcome.lines.len() + outcome.pipelines.len() + outcome.floors.len();
+    let floors = outcome.floors.len() + outcome.many_floors.len();
+    let steps = outcome.lines.len() + outcome.pipelines.len() + floors;
     let bar = ProgressBar::new((steps * plan.rounds) as u64);
     bar.set_style(ProgressStyle::with_template("{bar:40} {pos}/{len} {msg} {eta}")?);
     for round in 0..plan.rounds {
@@ -129,6 +139,11 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
         }
         for floor in &mut outcome.floors {
             bar.set_message(floor.bell.name());
+            floor.measure(plan)?;
+            bar.inc(1);
+        }
+        for floor in &mut outcome.many_floors {
+            bar.set_message(format!("{} sleepers", floor.sleepers));
             floor.measure(plan)?;
             bar.inc(1);
         }
@@ -157,8 +172,13 @@ fn period(plan: &Plan) -> Duration {
     Duration::from_secs(1) / plan.rate.max(1)
 }
 
+/// Frames of a line in one round.
+fn frames(plan: &Plan) -> u64 {
+    (share(plan).as_secs_f64() * f64::from(plan.rate)).ceil() as u64
+}
+
 fn part(plan: &Plan, way: Way, receivers: usize) -> Result<Part, Failure> {
-    let frames = (share(plan).as_secs_f64() * f64::from(plan.rate)).ceil() as u64;
+    let frames = frames(plan);
     let sent = sender::send(way, receivers, &Load { size: plan.size, frames, period: period(plan) })?;
     let receiver_us: f64 = sent.notes.iter().map(|notes| notes.cpu_us).sum();
     Ok(Part {
@@ -187,8 +207,18 @@ impl PipeLine {
 impl Floor {
     fn measure(&mut self, plan: &Plan) -> Result<(), Failure> {
         self.at_once.extend(floor::measure(self.bell, PING_PONGS, Duration::ZERO)?);
-        let count = (share(plan).as_secs_f64() * f64::from(plan.rate)).ceil() as usize;
-        self.rested.extend(floor::measure(self.bell, count, period(plan))?);
+        self.rested.extend(floor::measure(self.bell, frames(plan) as usize, period(plan))?);
+        Ok(())
+    }
+}
+
+impl ManyFloor {
+    pub(super) fn times(&self) -> Times {
+        Times::of(self.awake.iter().copied())
+    }
+
+    fn measure(&mut self, plan: &Plan) -> Result<(), Failure> {
+        self.awake.extend(sleepers::measure(self.sleepers, frames(plan) as usize, period(plan))?);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::report::ratio;
-use super::run::{Outcome, PipeLine};
+use super::run::{ManyFloor, Outcome, PipeLine};
 use super::way::Way;
 
 /// At most so many times what the Unix socket takes, by number of receivers.
@@ -69,7 +69,23 @@ fn distance(outcome: &Outcome) -> String {
     let floor = outcome.floors.iter().map(|floor| floor.times()[1].median_us()).fold(f64::INFINITY, f64::min);
     format!(
         "\nOne receiver is awake {ours:.1} us after sending (p50); at the same rate the quickest of the floors takes {floor:.1} us: \
-         {:.1} us are left.\n",
-        ours - floor
+         {:.1} us are left.\n{}",
+        ours - floor,
+        floor_of_many(outcome)
     )
+}
+
+/// What each further process adds where it does nothing but wake.
+fn floor_of_many(outcome: &Outcome) -> String {
+    let median_us = |floor: &ManyFloor| floor.times().median_us();
+    let Some(one) = outcome.many_floors.iter().find(|floor| floor.sleepers == 1) else {
+        return String::new();
+    };
+    let more = outcome.many_floors.iter().filter(|floor| floor.sleepers > 1);
+    let adds = more.map(|floor| {
+        let each_us = (median_us(floor) - median_us(one)) / (floor.sleepers - 1) as f64;
+        format!("{each_us:.1} us to {}", floor.sleepers)
+    });
+    let adds: Vec<String> = adds.collect();
+    format!("Where processes do nothing but wake, each further one adds {} (p50).\n", adds.join(", "))
 }

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 use tagbus_client::{Client, ConnectOptions, Detections, Frame, FrameClient};
 use tagbus_message::detection::TagDetection;
 use tagbus_message::frame::CaptureKind;
+use tagbus_scene::number;
 
+use crate::Failure;
 use crate::pictures::{COUNT, Known, Pictures};
-use crate::{Failure, number};
 
 /// Corners may lie this far from the truth, in pixels: what blur and noise of the scene do to a tag of three pixels a cell.
 const CORNER_TOLERANCE_PX: f64 = 0.5;

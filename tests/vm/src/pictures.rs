@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use tagbus_scene::{Scene, SceneConfig};
+use tagbus_scene::{Scene, SceneConfig, number};
 
-use crate::{Failure, number};
+use crate::Failure;
 
 /// Pictures of a size; played again and again.
 pub(crate) const COUNT: usize = 16;
