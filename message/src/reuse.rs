@@ -7,7 +7,10 @@
 //! iceoryx2 makes one such value for every loan. This is the only unsafe code of this crate; what makes it true is that a value is made and
 //! dropped in one thread (like `Rc` it is not `Send`), and that its block is given away by its last owner only.
 #![allow(unsafe_code, reason = "a place for values of any type")]
-#![allow(clippy::vec_box, reason = "blocks are taken out and given back one by one, and must not move meanwhile")]
+#![allow(
+    clippy::vec_box,
+    reason = "blocks are taken out and given back one by one, and must not move meanwhile"
+)]
 
 use std::cell::{Cell, RefCell};
 use std::fmt::Debug;

@@ -204,3 +204,19 @@ fn a_connection_that_is_made_anew_gets_what_comes_and_nothing_twice() {
     assert_eq!(viewer.receive().unwrap().unwrap().payload().len(), 7);
     assert!(viewer.receive().unwrap().is_none());
 }
+
+/// Who is connected is still woken; who comes later is not, until the topic is made anew.
+#[test]
+fn a_bell_that_was_removed_by_force_is_noticed_on_both_sides() {
+    let ground = Ground::new();
+    let (camera, viewer) = (ground.camera().unwrap(), ground.viewer());
+    let bells = ground.files(Path::new("/dev/shm"), ".bell");
+    assert!(bells.len() == 1 && camera.is_in_place() && viewer.is_current());
+    fs::remove_file(&bells[0]).unwrap();
+    assert!(!camera.is_in_place() && !viewer.is_current());
+    let late = ground.viewer();
+    assert!(!camera.is_in_place() && late.is_current());
+    drop((camera, viewer, late));
+    let (camera, viewer) = (ground.camera().unwrap(), ground.viewer());
+    assert!(camera.is_in_place() && viewer.is_current());
+}
