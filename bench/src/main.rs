@@ -169,11 +169,10 @@ fn clock_check(arguments: &ClockArguments, pattern: &delay::Pattern, delay_ms: u
     let check = delay::Check {
         program: arguments::beside_this(arguments.program.as_deref())?,
         delay_ms,
-        step_ms: arguments.step,
+        pattern: pattern.clone(),
         rate: arguments.rate,
         duration: Duration::from_secs(arguments.seconds.into()),
         light: arguments.light,
-        number: arguments.number,
     };
     match delay::check(&check)? {
         delay::Found::Shown(seen) => print!("{}", delay::shown_page(&seen, pattern)),

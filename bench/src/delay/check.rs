@@ -20,14 +20,13 @@ pub(crate) struct Check {
     pub(crate) program: PathBuf,
     /// Milliseconds from the moment that a frame shows until its camera has it.
     pub(crate) delay_ms: u32,
-    pub(crate) step_ms: u32,
+    /// What shows when there is no light.
+    pub(crate) pattern: Pattern,
     /// Frames a second.
     pub(crate) rate: u32,
     pub(crate) duration: Duration,
-    /// A light instead of a tag.
+    /// A light instead of the pattern.
     pub(crate) light: bool,
-    /// A number in the frames of the scene instead of a tag.
-    pub(crate) number: bool,
 }
 
 /// What was found of a delay that is known.
@@ -61,18 +60,16 @@ fn in_folder(check: &Check, folder: &Path, machine: &mut Machine) -> Result<Foun
     if check.light {
         return Ok(Found::Light(light::light(&reach, &Switch::File(lamp), check.duration)?));
     }
-    let pattern =
-        if check.number { Pattern::of_numbers(check.step_ms) } else { Pattern::new(check.step_ms) }?;
-    let family = format!("--family={}", pattern.family().name());
+    let family = format!("--family={}", check.pattern.family().name());
     machine.detector(CAMERA, DETECTOR, &[family])?;
-    Ok(Found::Shown(watch::watch(&reach, &pattern, check.duration)?))
+    Ok(Found::Shown(watch::watch(&reach, &check.pattern, check.duration)?))
 }
 
 /// What the camera takes for `rpicam-vid`.
 fn write_script(check: &Check, folder: &Path, lamp: &Path) -> Result<(), Failure> {
     fs::write(lamp, "0")?;
     let bench = std::env::current_exe()?;
-    let shown = match (check.light, check.number) {
+    let shown = match (check.light, check.pattern.is_number()) {
         (true, _) => format!("--light '{}'", lamp.display()),
         (false, true) => "--number".to_owned(),
         (false, false) => String::new(),
@@ -81,7 +78,7 @@ fn write_script(check: &Check, folder: &Path, lamp: &Path) -> Result<(), Failure
         "#!/bin/sh\nexec '{}' clock-stand-in --delay {} --step {} {shown} -- \"$@\"\n",
         bench.display(),
         check.delay_ms,
-        check.step_ms
+        check.pattern.step_ns() / 1_000_000
     );
     let path = folder.join("rpicam-vid");
     fs::write(&path, script)?;
