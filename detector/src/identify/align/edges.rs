@@ -11,7 +11,7 @@ use super::pattern::Pattern;
 /// Rows or columns whose pixels across an edge are taken, over all edges. More hardly help the corners.
 const MOST_PROFILES: f64 = 400.0;
 /// Pixels on each side of an edge.
-const HALF_PROFILE: usize = 2;
+pub(super) const HALF_PROFILE: usize = 2;
 /// More pixels than this are not collected; rounding may give one row more than is wanted.
 pub(super) const MOST_PLACES: usize = (MOST_PROFILES as usize + 1) * 2 * HALF_PROFILE;
 
@@ -20,6 +20,12 @@ pub(super) const MOST_PLACES: usize = (MOST_PROFILES as usize + 1) * 2 * HALF_PR
 pub(super) struct Stretch {
     from: [f64; 2],
     to: [f64; 2],
+    /// 0 where u is the same all along it, 1 where v is.
+    axis: usize,
+    /// That coordinate, in cells from the border edge.
+    line: f64,
+    /// 1 where white lies behind the line, -1 where black does.
+    sign: i8,
 }
 
 /// Rows (or columns) whose pixel centres a stretch crosses.
@@ -32,6 +38,18 @@ struct Crossed {
 }
 
 impl Stretch {
+    pub(super) fn axis(&self) -> usize {
+        self.axis
+    }
+
+    pub(super) fn line(&self) -> f64 {
+        self.line
+    }
+
+    pub(super) fn sign(&self) -> i8 {
+        self.sign
+    }
+
     #[inline(always)]
     fn crossed(&self, size: [usize; 2]) -> Crossed {
         let run = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
@@ -41,6 +59,52 @@ impl Stretch {
         let first = whole(low);
         Crossed { along, across: 1 - along, first, count: whole(high) - first }
     }
+
+    /// Without so many pixels at both ends; `None` when nothing is left.
+    #[inline(always)]
+    pub(super) fn without_ends(&self, end: f64) -> Option<Self> {
+        let run = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        let length = (run[0] * run[0] + run[1] * run[1]).sqrt();
+        if length <= 2.0 * end {
+            return None;
+        }
+        let off = [run[0] * end / length, run[1] * end / length];
+        let from = [self.from[0] + off[0], self.from[1] + off[1]];
+        Some(Self { from, to: [self.to[0] - off[0], self.to[1] - off[1]], ..*self })
+    }
+
+    /// Gives the first pixel of every `spacing`-th profile across it, and the step from that to the next. `next` is how far
+    /// away the first one is, and afterwards the first one behind this stretch.
+    #[inline(always)]
+    pub(super) fn visit(
+        &self,
+        size: [usize; 2],
+        spacing: f64,
+        next: &mut f64,
+        mut visit: impl FnMut([usize; 2], [usize; 2]),
+    ) {
+        let crossed = self.crossed(size);
+        let across = Across::new(self, &crossed, size);
+        while *next < crossed.count as f64 {
+            let along = crossed.first + *next as usize;
+            *next += spacing;
+            let Some(first) = across.first(along) else { continue };
+            if crossed.along == 1 { visit([first, along], [1, 0]) } else { visit([along, first], [0, 1]) }
+        }
+        *next -= crossed.count as f64;
+    }
+}
+
+/// Every which profile is taken so that there are not too many, once stretches are without their ends.
+#[inline(always)]
+pub(super) fn spacing(stretches: &[Stretch], end: f64, size: [usize; 2]) -> f64 {
+    let mut total = 0;
+    for stretch in stretches {
+        if let Some(inner) = stretch.without_ends(end) {
+            total += inner.crossed(size).count;
+        }
+    }
+    (total as f64 / MOST_PROFILES).max(1.0)
 }
 
 /// All stretches of a tag's pattern. `to_frame` maps cells to the frame.
@@ -48,25 +112,25 @@ impl Stretch {
 pub(super) fn find(pattern: &Pattern, to_frame: &Homography, stretches: &mut Vec<Stretch>) {
     stretches.clear();
     let width = pattern.width();
-    for upright in [true, false] {
+    for axis in 0..2 {
         for line in 1..width {
             // Cells before and behind the line, and points on it.
-            let cell = |line: usize, i: usize| if upright { [line, i] } else { [i, line] };
+            let cell = |line: usize, i: usize| if axis == 0 { [line, i] } else { [i, line] };
             let point = |i: usize| {
-                let [x, y] = if upright { [line, i] } else { [i, line] };
+                let [x, y] = cell(line, i);
                 to_frame.project([x as f64 - pattern.margin(), y as f64 - pattern.margin()])
             };
-            let mut start = None;
+            let (mut start, mut sign) = (0, 0);
             for i in 0..width {
-                let is_edge = pattern.is_edge(cell(line - 1, i), cell(line, i));
-                match (start, is_edge) {
-                    (None, true) => start = Some(i),
-                    (Some(from), false) => {
-                        stretches.push(Stretch { from: point(from), to: point(i) });
-                        start = None;
-                    }
-                    _ => {}
+                let step = pattern.step(cell(line - 1, i), cell(line, i));
+                if step == sign {
+                    continue;
                 }
+                if sign != 0 {
+                    let line = line as f64 - pattern.margin();
+                    stretches.push(Stretch { from: point(start), to: point(i), axis, line, sign });
+                }
+                (start, sign) = (i, step);
             }
         }
     }
@@ -79,29 +143,19 @@ pub(super) type Place = [u32; 2];
 #[inline(always)]
 pub(super) fn collect(frame: &Frame, stretches: &[Stretch], sieve: &mut Sieve, places: &mut Vec<Place>) {
     let size = frame.size();
-    let mut total = 0;
-    for stretch in stretches {
-        total += stretch.crossed(size).count;
-    }
-    let spacing = (total as f64 / MOST_PROFILES).max(1.0);
+    let spacing = spacing(stretches, 0.0, size);
     let mut next = 0.0;
     places.clear();
     sieve.clear();
     for stretch in stretches {
-        let crossed = stretch.crossed(size);
-        let across = Across::new(stretch, &crossed, size);
-        while next < crossed.count as f64 {
-            let along = crossed.first + next as usize;
-            next += spacing;
-            let Some(first) = across.first(along) else { continue };
-            for other in first..first + 2 * HALF_PROFILE {
-                let (column, row) = if crossed.along == 1 { (other, along) } else { (along, other) };
+        stretch.visit(size, spacing, &mut next, |[column, row], step| {
+            for i in 0..2 * HALF_PROFILE {
+                let (column, row) = (column + i * step[0], row + i * step[1]);
                 if sieve.is_new(column, row) {
                     places.push([column as u32, row as u32]);
                 }
             }
-        }
-        next -= crossed.count as f64;
+        });
     }
 }
 

@@ -16,22 +16,25 @@
 //! refined corners, up to four where blur or bloom are far from what is expected.
 //!
 //! ```text
-//! pattern ─▶ edges ─▶ pixels ─▶ ┌ model, window, blur ─▶ solve ┐
-//! colours    which pixels       └ what they should be    step ◀┘
+//! pattern ─▶ edges ─▶ profiles ─▶ ┌ model, blur               ─▶ solve ┐ large cells in a sharp picture
+//! colours    which    pixels   ─▶ └ model, window, grown, blur    step ◀┘ all others
 //! ```
 //!
 //! Pixels lie side by side in blocks and every step of the arithmetic is a loop over a block, which the compiler makes
-//! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 60 to 100
+//! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 20 to 60
 //! microseconds in plain light, whatever the size of the tag, up to 300 where all steps are needed.
 //!
 //! What it gives on rendered tags: `bench/record/corners.md`.
 
 mod blur;
+mod descent;
 mod edges;
+mod grown;
 mod model;
 mod patch;
 mod pattern;
 mod pixels;
+mod profiles;
 mod solve;
 mod window;
 
@@ -39,29 +42,30 @@ use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
 use super::sample::Frame;
+use descent::{Fit, Residuals, farthest_move};
+use edges::Stretch;
 use model::{Model, Parameters};
 use patch::Patch;
 use pattern::{MOST_CELLS, Pattern};
 use pixels::{Laid, Pixels, ZERO};
+use profiles::Profiles;
 use solve::{NormalEquations, PARAMETERS};
 
-/// Most Gauss-Newton steps.
-const STEPS: usize = 4;
-/// A step that moves no corner further than this many pixels, and hardly changes blur and bloom, is the last one.
-const SETTLED: f64 = 0.05;
 /// Fewest pixels that can carry eighteen parameters.
 const LEAST_PIXELS: usize = 40;
 /// Least gain, grey levels: below this there is no tag to align.
 const LEAST_GAIN: f32 = 2.0;
 /// A corner that moves further than these many pixels, and further than this many cells, has gone astray.
 const FARTHEST_MOVE: (f64, f64) = (2.0, 1.0);
-/// Reach that windows of cells must have around every pixel, pixels: four standard deviations of a sharp picture's blur.
-const WINDOW_REACH: f64 = 3.0;
+/// Standard deviations of the blur that windows of cells must reach around every pixel.
+const WINDOW_DEVIATIONS: f32 = 3.3;
 
 /// Buffers of the alignment.
 #[derive(Default)]
 pub(crate) struct Align {
     pattern: Pattern,
+    stretches: Vec<Stretch>,
+    profiles: Profiles,
     pixels: Pixels,
 }
 
@@ -69,7 +73,11 @@ impl Align {
     /// Makes room for any tag of these families.
     pub(crate) fn reserve(&mut self, readers: &[Reader]) {
         let widest = readers.iter().map(|reader| reader.grid_width).max().unwrap_or(0);
-        self.pixels.reserve(self.pattern.reserve(widest));
+        let width = self.pattern.reserve(widest);
+        // Two lines for each column and row at most, and a stretch for each of their places.
+        self.stretches.reserve((2 * width * width).saturating_sub(self.stretches.len()));
+        self.profiles.reserve();
+        self.pixels.reserve();
     }
 
     /// The corners of a tag whose cells have the colours of `code` (as read, not turned upright), from refined ones.
@@ -86,57 +94,96 @@ impl Align {
         let patch = Patch::around(corners);
         let to_frame = Homography::from_square(corners, reader.width)?;
         let to_cells = to_frame.inverse()?;
-        let window = window_size(&to_cells, corners);
         self.pattern.paint(reader, code);
+        edges::find(&self.pattern, &to_frame, &mut self.stretches);
         let parameters = Parameters::new(&to_cells, &patch, border);
-        let model = Model::new(&self.pattern, &parameters, patch.scale);
-        let laid = Laid { pattern: &self.pattern, patch: &patch, to_frame: &to_frame, model: &model, window };
-        self.pixels.choose(frame, &laid);
-        if self.pixels.count() < LEAST_PIXELS {
+        let start = Fit { parameters, patch, corners: *corners, width: reader.width };
+        let end = self.descend(frame, start, cells_a_pixel(&to_cells, corners))?;
+        (end.parameters.gain() >= LEAST_GAIN && stayed(&start, &end)).then_some(end.corners)
+    }
+
+    /// By profiles where they show what they are taken for, else by windows.
+    #[inline(always)]
+    fn descend(&mut self, frame: &Frame, start: Fit, cells_a_pixel: f64) -> Option<Fit> {
+        let end = self.by_profiles(frame, &start, cells_a_pixel);
+        match end {
+            Some(end) if profiles::are_apart(&end.parameters, cells_a_pixel) => Some(end),
+            // The blur that was found is of use all the same.
+            Some(end) if stayed(&start, &end) => self.by_windows(frame, &end, cells_a_pixel),
+            _ => self.by_windows(frame, &start, cells_a_pixel),
+        }
+    }
+
+    /// By profiles across single edges; `None` when there are too few of them.
+    #[inline(always)]
+    fn by_profiles(&mut self, frame: &Frame, start: &Fit, cells_a_pixel: f64) -> Option<Fit> {
+        if cells_a_pixel > profiles::MOST_CELLS_A_PIXEL {
             return None;
         }
-        let aligned = match window {
-            2 => self.descend::<2>(parameters, &patch, corners, reader.width)?,
-            4 => self.descend::<4>(parameters, &patch, corners, reader.width)?,
-            _ => self.descend::<MOST_CELLS>(parameters, &patch, corners, reader.width)?,
-        };
-        stayed(corners, &aligned, reader.width).then_some(aligned)
-    }
-
-    /// The corners after Gauss-Newton steps, with windows of `WINDOW` cells along an axis, of a tag of that many cells. `None`
-    /// when the numbers run away or contrast vanishes.
-    #[inline(always)]
-    fn descend<const WINDOW: usize>(
-        &self,
-        mut parameters: Parameters,
-        patch: &Patch,
-        corners: &[[f64; 2]; 4],
-        width: f64,
-    ) -> Option<[[f64; 2]; 4]> {
-        let mut aligned = *corners;
-        let mut rms = f32::MAX;
-        for _ in 0..STEPS {
-            let equations = self.equations::<WINDOW>(&parameters, patch, rms);
-            rms = equations.rms()?;
-            let before = (parameters, aligned);
-            parameters.step(&equations.solve(&parameters, rms)?);
-            aligned = patch.corners_of(&parameters.to_homography()?, width);
-            if farthest_move(&before.1, &aligned) < SETTLED && parameters.look_like(&before.0) {
-                break;
-            }
+        self.profiles.choose(frame, &start.patch, &self.stretches, cells_a_pixel);
+        let Self { profiles, pattern, .. } = self;
+        if profiles.count() < profiles::LEAST {
+            return None;
         }
-        (parameters.gain() >= LEAST_GAIN).then_some(aligned)
+        start.descend(&ByProfiles { pattern, profiles, cells_a_pixel })
     }
 
-    /// The equations of a step; `rms` is the root mean square residual of the step before.
+    /// By windows of cells around each pixel; `None` when there are too few pixels.
     #[inline(always)]
-    fn equations<const WINDOW: usize>(
-        &self,
-        parameters: &Parameters,
-        patch: &Patch,
-        rms: f32,
-    ) -> NormalEquations {
-        let model = Model::new(&self.pattern, parameters, patch.scale);
+    fn by_windows(&mut self, frame: &Frame, start: &Fit, cells_a_pixel: f64) -> Option<Fit> {
+        match window_size(&start.parameters, cells_a_pixel) {
+            2 => self.by_windows_of::<2>(frame, start),
+            3 => self.by_windows_of::<3>(frame, start),
+            4 => self.by_windows_of::<4>(frame, start),
+            _ => self.by_windows_of::<MOST_CELLS>(frame, start),
+        }
+    }
+
+    #[inline(always)]
+    fn by_windows_of<const WINDOW: usize>(&mut self, frame: &Frame, start: &Fit) -> Option<Fit> {
+        let Self { pixels, pattern, stretches, .. } = self;
+        let model = Model::new(pattern, &start.parameters, start.patch.scale);
+        pixels.choose::<WINDOW>(frame, &Laid { pattern, patch: &start.patch, model: &model }, stretches);
+        if pixels.count() < LEAST_PIXELS {
+            return None;
+        }
+        start.descend(&ByWindows::<WINDOW> { pattern, pixels })
+    }
+}
+
+struct ByProfiles<'a> {
+    pattern: &'a Pattern,
+    profiles: &'a Profiles,
+    cells_a_pixel: f64,
+}
+
+impl Residuals for ByProfiles<'_> {
+    #[inline(always)]
+    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32) -> NormalEquations {
+        let model = Model::new(self.pattern, at, patch.scale);
+        let mut equations = NormalEquations::default();
+        for block in self.profiles.blocks() {
+            model.add_profiles(block, rms, &mut equations);
+        }
+        equations
+    }
+
+    #[inline(always)]
+    fn hold(&self, at: &Parameters) -> bool {
+        profiles::are_apart(at, self.cells_a_pixel)
+    }
+}
+
+/// Windows have `WINDOW` cells along an axis.
+struct ByWindows<'a, const WINDOW: usize> {
+    pattern: &'a Pattern,
+    pixels: &'a Pixels,
+}
+
+impl<const WINDOW: usize> Residuals for ByWindows<'_, WINDOW> {
+    #[inline(always)]
+    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32) -> NormalEquations {
+        let model = Model::new(self.pattern, at, patch.scale);
         let mut rows = [ZERO; PARAMETERS + 1];
         let mut equations = NormalEquations::default();
         for block in self.pixels.blocks() {
@@ -147,33 +194,33 @@ impl Align {
     }
 }
 
-/// Cells along an axis that the blur can reach from a pixel, for the smallest cells of the tag: 2, 4 or `MOST_CELLS`.
+/// Cells to a pixel where they are smallest.
 #[inline(always)]
-fn window_size(to_cells: &Homography, corners: &[[f64; 2]; 4]) -> usize {
-    let mut cells_a_pixel: f64 = 0.0;
+fn cells_a_pixel(to_cells: &Homography, corners: &[[f64; 2]; 4]) -> f64 {
+    let mut most: f64 = 0.0;
     for corner in corners {
         let [u, v] = to_cells.stretch(*corner);
-        cells_a_pixel = cells_a_pixel.max(u).max(v);
+        most = most.max(u).max(v);
     }
+    most
+}
+
+/// Cells along an axis that the blur can reach from a pixel where cells are smallest, at most `MOST_CELLS`.
+#[inline(always)]
+fn window_size(parameters: &Parameters, cells_a_pixel: f64) -> usize {
+    let reach = f64::from(parameters.reach(WINDOW_DEVIATIONS)) * cells_a_pixel;
     // A window reaches at least half a cell less than half its width on either side.
-    let cells = 2.0 * WINDOW_REACH * cells_a_pixel + 1.0;
-    match cells {
-        ..=2.0 => 2,
-        ..=4.0 => 4,
-        _ => MOST_CELLS,
-    }
+    ((2.0 * reach + 1.0).ceil() as usize).clamp(2, MOST_CELLS)
 }
 
-/// The largest distance between corners before and after.
-fn farthest_move(before: &[[f64; 2]; 4], after: &[[f64; 2]; 4]) -> f64 {
-    (0..4).map(|k| (before[k][0] - after[k][0]).hypot(before[k][1] - after[k][1])).fold(0.0, f64::max)
-}
-
-fn stayed(before: &[[f64; 2]; 4], after: &[[f64; 2]; 4], width: f64) -> bool {
+/// Whether no corner has gone astray.
+fn stayed(start: &Fit, end: &Fit) -> bool {
+    let corners = &start.corners;
     let side = |k: usize| {
-        let ([ax, ay], [bx, by]) = (before[k], before[(k + 1) % 4]);
+        let ([ax, ay], [bx, by]) = (corners[k], corners[(k + 1) % 4]);
         (ax - bx).hypot(ay - by)
     };
     let sides: f64 = (0..4).map(side).sum();
-    farthest_move(before, after) <= FARTHEST_MOVE.0.max(FARTHEST_MOVE.1 * sides / (4.0 * width))
+    let cell = sides / (4.0 * start.width);
+    farthest_move(corners, &end.corners) <= FARTHEST_MOVE.0.max(FARTHEST_MOVE.1 * cell)
 }

@@ -4,11 +4,12 @@ use nalgebra::Matrix3;
 
 use super::super::border::Border;
 use super::super::homography::Homography;
+use super::grown::Steps;
 use super::patch::Patch;
 use super::pattern::Pattern;
 use super::pixels::{BLOCK, Block, Lanes, ZERO};
 use super::solve::{PARAMETERS, Rows};
-use super::window::{Blurred, Steps};
+use super::window::Blurred;
 
 /// Blur that is assumed before anything is measured: optics, sensor and demosaicing, pixels.
 pub(super) const EXPECTED_SIGMA: f32 = 0.75;
@@ -20,6 +21,8 @@ const LONGEST_STEP: f64 = 0.5;
 const LONGEST_LOG_STEP: f32 = 0.5;
 /// The curve stays within this on both sides of 0. Narrower limits (1) make clipped tags swing to and fro from step to step.
 const MOST_CURVE: f32 = 2.0;
+/// Up to here white's growth is as good as a derivative says, pixels.
+const LINEAR_BLOOM: f32 = 0.1;
 /// Changes of the blur's logarithm and of the bloom (pixels) that hardly matter to the corners.
 const SETTLED_LOG_SIGMA: f32 = 0.1;
 const SETTLED_BLOOM: f32 = 0.05;
@@ -65,6 +68,11 @@ impl Parameters {
         self.grey[3]
     }
 
+    /// How far from an edge it can be seen, pixels: so many standard deviations of the blur, and what has grown.
+    pub(super) fn reach(&self, deviations: f32) -> f32 {
+        self.log_sigma[0].max(self.log_sigma[1]).exp() * deviations + self.bloom.abs()
+    }
+
     /// Whether blur and bloom are so near to others that a step more would hardly move the corners.
     pub(super) fn look_like(&self, other: &Self) -> bool {
         let blur = |i: usize| (self.log_sigma[i] - other.log_sigma[i]).abs();
@@ -100,14 +108,14 @@ impl Parameters {
 /// The model with parameters in force.
 pub(super) struct Model {
     margin: f32,
-    map: [f32; 8],
-    grey: [f32; 6],
+    pub(super) map: [f32; 8],
+    pub(super) grey: [f32; 6],
     /// Blur in units of the patch, along u and v.
-    sigma: [f32; 2],
+    pub(super) sigma: [f32; 2],
     /// Growth of white in units of the patch.
-    bloom: f32,
-    curve: f32,
-    per_unit: f32,
+    pub(super) bloom: f32,
+    pub(super) curve: f32,
+    pub(super) per_unit: f32,
 }
 
 /// Where pixels lie in cells, and how fast that changes.
@@ -115,7 +123,7 @@ pub(super) struct Places {
     pub(super) u: Coordinate,
     pub(super) v: Coordinate,
     /// What the projection divides by, inverted.
-    depth: Lanes,
+    pub(super) depth: Lanes,
 }
 
 /// One of a pixel's two coordinates among the cells, counted as the pattern does.
@@ -151,9 +159,19 @@ impl Model {
     #[inline(always)]
     pub(super) fn rows<const WINDOW: usize>(&self, block: &Block, rows: &mut Rows) {
         let places = self.places(&block.x, &block.y);
-        let along_u = Steps::<WINDOW>::new(&places.u, &block.first_u, self.sigma[0], self.bloom);
-        let along_v = Steps::<WINDOW>::new(&places.v, &block.first_v, self.sigma[1], self.bloom);
-        let blurred = Blurred::new(&block.rows, &along_u, &along_v, self.bloom > 0.0);
+        let blurred = if self.bloom.abs() <= LINEAR_BLOOM * self.per_unit {
+            let mut blurred = Blurred::plain::<WINDOW>(block, &places, self.sigma);
+            for l in 0..BLOCK {
+                let growth =
+                    blurred.by_growth_u[l] * places.u.speed[l] + blurred.by_growth_v[l] * places.v.speed[l];
+                blurred.value[l] += self.bloom * growth;
+            }
+            blurred
+        } else {
+            let along_u = Steps::<WINDOW>::new(&places.u, &block.first_u, self.sigma[0], self.bloom);
+            let along_v = Steps::<WINDOW>::new(&places.v, &block.first_v, self.sigma[1], self.bloom);
+            Blurred::grown(&block.rows, &along_u, &along_v, self.bloom > 0.0)
+        };
         self.derive(block, &places, &blurred, rows);
     }
 
@@ -223,10 +241,28 @@ impl Model {
 }
 
 #[cfg(test)]
+impl Parameters {
+    /// A tag in light that falls from one side, a little blurred.
+    pub(super) fn for_tests(to_cells: &Homography, patch: &Patch) -> Self {
+        let [x, y] = patch.middle;
+        let map =
+            to_cells.after(&Matrix3::new(patch.scale, 0.0, x, 0.0, patch.scale, y, 0.0, 0.0, 1.0)).to_array();
+        Self {
+            map: std::array::from_fn(|i| map[i]),
+            grey: [40.0, 3.0, -5.0, 150.0, 8.0, 4.0],
+            log_sigma: [-0.1, 0.2],
+            bloom: 0.0,
+            curve: 0.3,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use tagbus_family::Family;
 
     use super::super::super::reader::Reader;
+    use super::super::pattern::MOST_CELLS;
     use super::super::pixels::ZERO;
     use super::*;
 
@@ -235,32 +271,14 @@ mod tests {
     const CORNERS: [[f64; 2]; 4] = [[20.3, 14.8], [61.9, 22.4], [57.2, 63.1], [16.6, 52.7]];
 
     /// A block of pixels all over the tag, and the pattern and the parameters that they belong to.
-    fn block_on_a_tag() -> (Block, Pattern, Parameters, f64) {
+    fn block_on_a_tag(bloom: f32) -> (Block, Pattern, Parameters, f64) {
         let family = Family::published("tag36h11").unwrap();
         let reader = Reader::new(0, &family, None, &[]);
         let mut pattern = Pattern::default();
         pattern.paint(&reader, family.codes()[7]);
         let patch = Patch::around(&CORNERS);
         let to_cells = Homography::from_square(&CORNERS, reader.width).unwrap().inverse().unwrap();
-        let map = to_cells.after(&Matrix3::new(
-            patch.scale,
-            0.0,
-            patch.middle[0],
-            0.0,
-            patch.scale,
-            patch.middle[1],
-            0.0,
-            0.0,
-            1.0,
-        ));
-        let map = map.to_array();
-        let parameters = Parameters {
-            map: std::array::from_fn(|i| map[i]),
-            grey: [40.0, 3.0, -5.0, 150.0, 8.0, 4.0],
-            log_sigma: [-0.1, 0.2],
-            bloom: 0.4,
-            curve: 0.3,
-        };
+        let parameters = Parameters { bloom, ..Parameters::for_tests(&to_cells, &patch) };
         let mut block = Block::EMPTY;
         let model = Model::new(&pattern, &parameters, patch.scale);
         for l in 0..BLOCK {
@@ -269,7 +287,7 @@ mod tests {
         }
         let at = model.places(&block.x, &block.y);
         for l in 0..BLOCK {
-            let first = |place: f32| place as usize - 3;
+            let first = |place: f32| place as usize - 2;
             let (u, v) = (first(at.u.place[l]), first(at.v.place[l]));
             (block.first_u[l], block.first_v[l]) = (u as f32, v as f32);
             for (j, row) in block.rows.iter_mut().enumerate() {
@@ -281,10 +299,16 @@ mod tests {
 
     #[test]
     fn derivatives_say_how_residuals_change() {
-        let (block, pattern, parameters, scale) = block_on_a_tag();
+        for bloom in [0.4, 0.0, -0.3] {
+            compare_derivatives(bloom);
+        }
+    }
+
+    fn compare_derivatives(bloom: f32) {
+        let (block, pattern, parameters, scale) = block_on_a_tag(bloom);
         let rows_of = |parameters: &Parameters| {
             let mut rows = [ZERO; PARAMETERS + 1];
-            Model::new(&pattern, parameters, scale).rows::<6>(&block, &mut rows);
+            Model::new(&pattern, parameters, scale).rows::<MOST_CELLS>(&block, &mut rows);
             rows
         };
         let rows = rows_of(&parameters);
@@ -305,7 +329,7 @@ mod tests {
                 let derivative = f64::from(rows[place][l]);
                 assert!(
                     (change - derivative).abs() < slack * largest,
-                    "parameter {place}, pixel {l}: {change}, not {derivative}"
+                    "bloom {bloom}, parameter {place}, pixel {l}: {change}, not {derivative}"
                 );
             }
         }

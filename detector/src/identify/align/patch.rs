@@ -25,6 +25,12 @@ impl Patch {
         [((point[0] - self.middle[0]) * scale) as f32, ((point[1] - self.middle[1]) * scale) as f32]
     }
 
+    /// A pixel in units of the patch.
+    #[inline(always)]
+    pub(super) fn unit_step(&self) -> f32 {
+        (1.0 / self.scale) as f32
+    }
+
     /// The corners of the tag that the map from patch units to cells describes.
     pub(super) fn corners_of(&self, to_patch: &Homography, width: f64) -> [[f64; 2]; 4] {
         [[0.0, 0.0], [width, 0.0], [width, width], [0.0, width]].map(|cell| {

@@ -3,7 +3,7 @@
 use super::super::reader::Reader;
 
 /// Most cells of a window along an axis.
-pub(super) const MOST_CELLS: usize = 6;
+pub(super) const MOST_CELLS: usize = 5;
 /// Unknown cells around the grid, so that windows may reach beyond it.
 const RIM: usize = MOST_CELLS;
 
@@ -12,8 +12,8 @@ const BLACK: u8 = 0;
 const UNKNOWN: u8 = 2;
 const WHITE: u8 = 4;
 /// Bits of a cell in a word, and the lowest bit of each cell.
-const CELL_BITS: usize = 4;
-const LOWEST: u32 = 0x11_1111;
+pub(super) const CELL_BITS: usize = 4;
+const LOWEST: u32 = 0x1_1111;
 
 /// The code of the cell that lies `k` further right than the first one of a word: 0 is black and 4 is white. Between lie
 /// unknown cells (2) and, in joined rows, the mean of such a cell and another one.
@@ -22,12 +22,18 @@ pub(super) fn colour(word: u32, k: usize) -> i32 {
     (word >> (CELL_BITS * k) & 7) as i32
 }
 
+/// For each cell of two words 1 where one is black and the other white, else 0.
+#[inline(always)]
+pub(super) fn opposite(a: u32, b: u32) -> u32 {
+    let differ = a ^ b;
+    differ >> 2 & !(differ >> 1) & LOWEST
+}
+
 /// For each cell of two words white where either is (`lighter`), or only where both are; the mean of the two where one of
 /// them is unknown.
 #[inline(always)]
 pub(super) fn joined(a: u32, b: u32, lighter: bool) -> u32 {
-    let differ = a ^ b;
-    let opposite = differ >> 2 & !(differ >> 1) & LOWEST;
+    let opposite = opposite(a, b);
     let mean = (a + b) >> 1;
     if lighter { mean + 2 * opposite } else { mean - 2 * opposite }
 }
@@ -100,11 +106,29 @@ impl Pattern {
         self.words[y * self.width + x]
     }
 
-    /// Whether one of two cells is black and the other white.
+    /// 1 where the first of two cells is black and the second white, -1 the other way round, else 0.
     #[inline(always)]
-    pub(super) fn is_edge(&self, a: [usize; 2], b: [usize; 2]) -> bool {
+    pub(super) fn step(&self, a: [usize; 2], b: [usize; 2]) -> i8 {
         let at = |[x, y]: [usize; 2]| self.cells[y * self.width + x];
-        at(a).abs_diff(at(b)) == WHITE - BLACK
+        match (at(a), at(b)) {
+            (BLACK, WHITE) => 1,
+            (WHITE, BLACK) => -1,
+            _ => 0,
+        }
+    }
+
+    /// The first words of `WINDOW` rows from a cell on, and whether some cell in them is of unknown colour.
+    #[inline(always)]
+    pub(super) fn window<const WINDOW: usize>(&self, [x, y]: [u32; 2]) -> ([u32; WINDOW], bool) {
+        let from = &self.words[y as usize * self.width + x as usize..][..(WINDOW - 1) * self.width + 1];
+        let mut words = [0; WINDOW];
+        let mut seen = 0;
+        for (j, word) in words.iter_mut().enumerate() {
+            *word = from[j * self.width];
+            seen |= *word;
+        }
+        let unknown = ((1u32 << (CELL_BITS * WINDOW)) - 1) & (LOWEST * u32::from(UNKNOWN));
+        (words, seen & unknown != 0)
     }
 
     /// Whether the colours of all cells from one to another, at most `MOST_CELLS` further right, are known.
@@ -132,10 +156,10 @@ mod tests {
                 let chosen = if lighter { a.max(b) } else { a.min(b) };
                 let expected = if known { chosen } else { (a + b) / 2 };
                 // Beside other cells, which must not leak into it.
-                let word = |cell: i32| 0x40_0204 | (cell as u32) << (3 * CELL_BITS);
+                let word = |cell: i32| 0x4_0204 | (cell as u32) << (3 * CELL_BITS);
                 let both = joined(word(a), word(b), lighter);
                 assert_eq!(colour(both, 3), expected, "{a} and {b}");
-                assert_eq!([0, 1, 2, 4, 5].map(|k| colour(both, k)), [4, 0, 2, 0, 4]);
+                assert_eq!([0, 1, 2, 4].map(|k| colour(both, k)), [4, 0, 2, 4]);
             }
         }
     }

@@ -1,6 +1,5 @@
 //! The pixels that the model is compared with, side by side so that several are computed at once.
 
-use super::super::homography::Homography;
 use super::super::sample::Frame;
 use super::edges::{self, Place, Sieve, Stretch};
 use super::model::Model;
@@ -45,17 +44,13 @@ impl Block {
 pub(super) struct Laid<'a> {
     pub(super) pattern: &'a Pattern,
     pub(super) patch: &'a Patch,
-    pub(super) to_frame: &'a Homography,
     /// As it starts.
     pub(super) model: &'a Model,
-    /// Cells of a window along an axis.
-    pub(super) window: usize,
 }
 
 /// Buffers of the choice.
 #[derive(Default)]
 pub(super) struct Pixels {
-    stretches: Vec<Stretch>,
     sieve: Sieve,
     places: Vec<Place>,
     blocks: Vec<Block>,
@@ -63,11 +58,9 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
-    /// Makes room for any tag whose pattern has so many cells a row.
-    pub(super) fn reserve(&mut self, width: usize) {
-        let Self { stretches, sieve, places, blocks, .. } = self;
-        // Two lines for each column and row at most; every second place on a line begins a stretch.
-        stretches.reserve((width * (width + 1)).saturating_sub(stretches.len()));
+    /// Makes room for all pixels of any tag.
+    pub(super) fn reserve(&mut self) {
+        let Self { sieve, places, blocks, .. } = self;
         sieve.clear();
         places.reserve(edges::MOST_PLACES.saturating_sub(places.len()));
         while blocks.len() * BLOCK < edges::MOST_PLACES {
@@ -84,27 +77,45 @@ impl Pixels {
         &self.blocks[..self.count.div_ceil(BLOCK)]
     }
 
-    /// Collects the pixels of a tag.
+    /// Collects the pixels of a tag, with windows of `WINDOW` cells along an axis.
     #[inline(always)]
-    pub(super) fn choose(&mut self, frame: &Frame, laid: &Laid) {
-        let Self { stretches, sieve, places, blocks, count } = self;
-        *count = 0;
-        edges::find(laid.pattern, laid.to_frame, stretches);
-        edges::collect(frame, stretches, sieve, places);
+    pub(super) fn choose<const WINDOW: usize>(&mut self, frame: &Frame, laid: &Laid, stretches: &[Stretch]) {
+        edges::collect(frame, stretches, &mut self.sieve, &mut self.places);
+        self.count = 0;
+        let places = std::mem::take(&mut self.places);
         for chunk in places.chunks(BLOCK) {
-            let near = laid.surroundings(chunk);
-            for (i, [column, row]) in chunk.iter().enumerate() {
-                let Some(first) = laid.window_at(&near, i) else { continue };
-                if *count % BLOCK == 0 {
-                    if blocks.len() == *count / BLOCK {
-                        blocks.push(Block::EMPTY);
-                    }
-                    blocks[*count / BLOCK].clear();
-                }
-                let grey = frame.pixel(*column as usize, *row as usize);
-                blocks[*count / BLOCK].set(*count % BLOCK, [near.x[i], near.y[i]], grey, laid, first);
-                *count += 1;
+            self.add::<WINDOW>(frame, laid, chunk);
+        }
+        self.places = places;
+    }
+
+    /// Adds those of up to a block of pixels that are not too near to a cell of unknown colour.
+    #[inline(always)]
+    fn add<const WINDOW: usize>(&mut self, frame: &Frame, laid: &Laid, places: &[Place]) {
+        let windows = laid.windows::<WINDOW>(places);
+        for (i, [column, row]) in places.iter().enumerate() {
+            let (words, may_be_unknown) =
+                laid.pattern.window::<WINDOW>([windows.first[0][i], windows.first[1][i]]);
+            if !windows.fits[i] || may_be_unknown && !windows.is_known(laid.pattern, i) {
+                continue;
             }
+            let lane = self.count % BLOCK;
+            if lane == 0 {
+                if self.blocks.len() == self.count / BLOCK {
+                    self.blocks.push(Block::EMPTY);
+                }
+                self.blocks[self.count / BLOCK].clear();
+            }
+            let block = &mut self.blocks[self.count / BLOCK];
+            (block.x[lane], block.y[lane]) = (windows.x[i], windows.y[i]);
+            (block.first_u[lane], block.first_v[lane]) =
+                (windows.first[0][i] as i32 as f32, windows.first[1][i] as i32 as f32);
+            for (row, word) in block.rows.iter_mut().zip(words) {
+                row[lane] = word;
+            }
+            block.grey[lane] = f32::from(frame.pixel(*column as usize, *row as usize));
+            block.weight[lane] = 1.0;
+            self.count += 1;
         }
     }
 }
@@ -117,61 +128,61 @@ impl Block {
         self.y = ZERO;
         self.weight = ZERO;
     }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, [x, y]: [f32; 2], grey: u8, laid: &Laid, [u, v]: [usize; 2]) {
-        self.x[lane] = x;
-        self.y[lane] = y;
-        self.grey[lane] = f32::from(grey);
-        self.weight[lane] = 1.0;
-        self.first_u[lane] = u as f32;
-        self.first_v[lane] = v as f32;
-        for (j, row) in self.rows.iter_mut().enumerate().take(laid.window) {
-            row[lane] = laid.pattern.word(u, v + j);
-        }
-    }
-}
-
-/// Some pixels, where they lie among the cells, and how far around a cell of unknown colour would matter.
-struct Surroundings {
-    x: Lanes,
-    y: Lanes,
-    u: Lanes,
-    v: Lanes,
-    reach_u: Lanes,
-    reach_v: Lanes,
 }
 
 impl Laid<'_> {
+    /// The windows around some pixels.
     #[inline(always)]
-    fn surroundings(&self, places: &[Place]) -> Surroundings {
-        let (mut x, mut y) = (ZERO, ZERO);
+    fn windows<const WINDOW: usize>(&self, places: &[Place]) -> Windows {
+        let mut w = Windows {
+            x: ZERO,
+            y: ZERO,
+            first: [[0; BLOCK]; 2],
+            fits: [false; BLOCK],
+            place: [ZERO; 2],
+            reach: [ZERO; 2],
+        };
         for (i, place) in places.iter().enumerate() {
-            [x[i], y[i]] = self.patch.place_of([f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5]);
+            [w.x[i], w.y[i]] = self.patch.place_of([f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5]);
         }
-        let at = self.model.places(&x, &y);
+        let at = self.model.places(&w.x, &w.y);
         let reach = (UNKNOWN_REACH / self.patch.scale) as f32;
-        let (mut reach_u, mut reach_v) = (ZERO, ZERO);
+        let before = WINDOW as f32 * 0.5 - 0.5;
+        // Nothing known lies nearer to the rim.
+        let last = self.pattern.width() as f32 - 2.0 * before - 2.0;
         for l in 0..BLOCK {
-            reach_u[l] = reach * at.u.speed[l];
-            reach_v[l] = reach * at.v.speed[l];
+            let (u, v) = (at.u.place[l] - before, at.v.place[l] - before);
+            w.reach[0][l] = reach * at.u.speed[l];
+            w.reach[1][l] = reach * at.v.speed[l];
+            let is_inside = (u >= 0.0) & (v >= 0.0) & (u < last) & (v < last);
+            let is_near = (w.reach[0][l] < before.max(1.0)) & (w.reach[1][l] < before.max(1.0));
+            w.fits[l] = is_inside & is_near;
+            w.first[0][l] = u.max(0.0).min(last) as i32 as u32;
+            w.first[1][l] = v.max(0.0).min(last) as i32 as u32;
         }
-        Surroundings { x, y, u: at.u.place, v: at.v.place, reach_u, reach_v }
+        w.place = [at.u.place, at.v.place];
+        w
     }
+}
 
-    /// The first cell of the window around a pixel; `None` when a cell of unknown colour is too near.
-    #[inline(always)]
-    fn window_at(&self, near: &Surroundings, i: usize) -> Option<[usize; 2]> {
-        let (u, v, reach_u, reach_v) = (near.u[i], near.v[i], near.reach_u[i], near.reach_v[i]);
-        let before = self.window as f32 * 0.5 - 0.5;
-        // Nothing known lies this near to the rim.
-        let (low, high) = (before, self.pattern.width() as f32 - before - 1.0);
-        let inside = u >= low && v >= low && u < high && v < high;
-        if !inside || reach_u.max(reach_v) >= before.max(1.0) {
-            return None;
-        }
-        let from = [(u - reach_u) as usize, (v - reach_v) as usize];
-        let to = [(u + reach_u) as usize, (v + reach_v) as usize];
-        self.pattern.is_known(from, to).then_some([(u - before) as usize, (v - before) as usize])
+/// The windows around some pixels.
+struct Windows {
+    /// The pixels, in units of the patch.
+    x: Lanes,
+    y: Lanes,
+    /// The first cell along either axis, as the pattern counts.
+    first: [[u32; BLOCK]; 2],
+    /// Whether it lies in the pattern.
+    fits: [bool; BLOCK],
+    /// Where the pixel lies, and how far from it a cell of unknown colour would matter.
+    place: [Lanes; 2],
+    reach: [Lanes; 2],
+}
+
+impl Windows {
+    /// Whether all cells are known that lie so near to a pixel that they would matter.
+    fn is_known(&self, pattern: &Pattern, i: usize) -> bool {
+        let end = |sign: f32| [0, 1].map(|a| (self.place[a][i] + sign * self.reach[a][i]) as usize);
+        pattern.is_known(end(-1.0), end(1.0))
     }
 }

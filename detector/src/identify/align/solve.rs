@@ -60,14 +60,18 @@ fn total(parts: &[f32; PARTS]) -> f64 {
 }
 
 impl NormalEquations {
-    /// Adds a block; `weight` is what its pixels count, `rms` the root mean square residual of the step before.
+    /// Adds the products of two columns to those of two parameters, the second one not before the first.
     #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "said in the loop")]
-    pub(super) fn add(&mut self, rows: &Rows, weight: &Lanes, rms: f32) {
+    pub(super) fn add_products(&mut self, i: usize, j: usize, a: &Lanes, b: &Lanes) {
+        add_products(&mut self.products[i][j], a, b);
+    }
+
+    /// Counts residuals of pixels that count `weight`, and says what they are to count in the equations; `rms` is the root mean
+    /// square residual of the step before.
+    #[inline(always)]
+    pub(super) fn count(&mut self, residual: &Lanes, weight: &Lanes, rms: f32) -> Lanes {
         let limit = HUBER * if rms > 1.0 { rms } else { 1.0 };
-        let residual = &rows[PARAMETERS];
-        let mut robust = ZERO;
-        let mut counted = ZERO;
+        let (mut robust, mut counted) = (ZERO, ZERO);
         for l in 0..BLOCK {
             let size = residual[l].abs();
             robust[l] = weight[l] * if size > limit { limit / size } else { 1.0 };
@@ -75,6 +79,14 @@ impl NormalEquations {
         }
         add_products(&mut self.squares, &counted, residual);
         add_products(&mut self.weight, weight, weight);
+        robust
+    }
+
+    /// Adds a block; `weight` is what its pixels count, `rms` the root mean square residual of the step before.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "said in the loop")]
+    pub(super) fn add(&mut self, rows: &Rows, weight: &Lanes, rms: f32) {
+        let robust = self.count(&rows[PARAMETERS], weight, rms);
         for i in 0..PARAMETERS {
             let mut weighted = ZERO;
             for l in 0..BLOCK {
@@ -116,5 +128,26 @@ impl NormalEquations {
         pull(CURVE, CURVE_SD, -f64::from(parameters.curve));
         let step = left.cholesky()?.solve(&right);
         step.iter().all(|v| v.is_finite()).then(|| std::array::from_fn(|i| step[i]))
+    }
+}
+
+#[cfg(test)]
+impl NormalEquations {
+    /// Panics unless all sums are those of others, up to a share of what their columns' lengths allow.
+    pub(super) fn assert_near(&self, other: &Self, share: f64) {
+        let sum = |of: &Self, i: usize, j: usize| total(&of.products[i][j]);
+        let squares = total(&other.squares);
+        assert!((total(&self.squares) - squares).abs() < share * squares, "squares of residuals");
+        for i in 0..PARAMETERS {
+            for j in i..=PARAMETERS {
+                let length = if j < PARAMETERS { sum(other, j, j) } else { squares };
+                let most = (sum(other, i, i) * length).sqrt();
+                let (own, others) = (sum(self, i, j), sum(other, i, j));
+                assert!(
+                    (own - others).abs() <= share * most,
+                    "columns {i} and {j}: {own}, not {others}, of {most}"
+                );
+            }
+        }
     }
 }

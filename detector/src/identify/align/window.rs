@@ -1,96 +1,15 @@
 //! The cells around pixels as the blur mixes them.
 //!
-//! Along one axis a row of cells is a sum of steps, one at each line between two cells whose colours differ, and the blur
-//! makes each step a normal distribution. Both axes after each other give the blurred pattern. Where white has grown, steps
-//! lie where its edges have moved to.
+//! Along each axis a pixel sees every cell of its window by a share: what the blur leaves of it between the lines on both
+//! sides. The brightness is the sum of the cells' colours, each by both of its shares.
 
 use super::blur::normal;
-use super::model::Coordinate;
-use super::pattern::{MOST_CELLS, colour, joined};
-use super::pixels::{BLOCK, Lanes, ZERO};
+use super::model::{Coordinate, Places};
+use super::pattern::{CELL_BITS, colour, opposite};
+use super::pixels::{BLOCK, Block, Lanes, ZERO};
 
-/// The blurred step at each line between the cells of a window, along one axis. Line `k` lies between cells `k - 1` and `k`;
-/// there is none before the first cell. Where white has grown, lines from black to white lie earlier and lines from white to
-/// black later.
-pub(super) struct Steps<const WINDOW: usize> {
-    /// The mean of both.
-    mean: [Step; WINDOW],
-    /// Half of what the earlier one is ahead.
-    ahead: [Step; WINDOW],
-}
-
-/// A blurred step with its derivatives by the pixel's place and by the blur's logarithm.
-#[derive(Clone, Copy)]
-struct Step {
-    share: Lanes,
-    by_place: Lanes,
-    by_blur: Lanes,
-}
-
-impl Step {
-    const NONE: Self = Self { share: ZERO, by_place: ZERO, by_blur: ZERO };
-
-    /// `within` is how far pixels lie behind the line, in cells; `inverse` is one over the blur, in cells.
-    #[inline(always)]
-    fn new(within: &Lanes, inverse: &Lanes) -> Self {
-        let mut step = Self::NONE;
-        for l in 0..BLOCK {
-            let z = within[l] * inverse[l];
-            let (share, density) = normal(z);
-            step.share[l] = share;
-            step.by_place[l] = density * inverse[l];
-            step.by_blur[l] = -z * density;
-        }
-        step
-    }
-
-    /// Half the sum and half the difference of two steps.
-    #[inline(always)]
-    fn halves(&self, other: &Self) -> (Self, Self) {
-        let (mut mean, mut ahead) = (Self::NONE, Self::NONE);
-        for l in 0..BLOCK {
-            mean.share[l] = 0.5 * (self.share[l] + other.share[l]);
-            mean.by_place[l] = 0.5 * (self.by_place[l] + other.by_place[l]);
-            mean.by_blur[l] = 0.5 * (self.by_blur[l] + other.by_blur[l]);
-            ahead.share[l] = 0.5 * (self.share[l] - other.share[l]);
-            ahead.by_place[l] = 0.5 * (self.by_place[l] - other.by_place[l]);
-            ahead.by_blur[l] = 0.5 * (self.by_blur[l] - other.by_blur[l]);
-        }
-        (mean, ahead)
-    }
-}
-
-/// White cannot take more than this of a black cell on each side, nor black of a white one.
-const MOST_GROWTH: f32 = 0.45;
-
-impl<const WINDOW: usize> Steps<WINDOW> {
-    /// `first` are the windows' first cells, `sigma` is the blur and `bloom` the growth of white in units of the patch.
-    #[inline(always)]
-    pub(super) fn new(coordinate: &Coordinate, first: &Lanes, sigma: f32, bloom: f32) -> Self {
-        let mut steps = Self { mean: [Step::NONE; WINDOW], ahead: [Step::NONE; WINDOW] };
-        let (mut inverse, mut growth) = (ZERO, ZERO);
-        for l in 0..BLOCK {
-            inverse[l] = 1.0 / (sigma * coordinate.speed[l]);
-            growth[l] = (bloom * coordinate.speed[l]).clamp(-MOST_GROWTH, MOST_GROWTH);
-        }
-        let (mut rising, mut falling) = (ZERO, ZERO);
-        for k in 1..WINDOW {
-            for l in 0..BLOCK {
-                let within = coordinate.place[l] - first[l] - k as f32;
-                rising[l] = within + growth[l];
-                falling[l] = within - growth[l];
-            }
-            if bloom == 0.0 {
-                // The first round costs half of the others.
-                steps.mean[k] = Step::new(&rising, &inverse);
-            } else {
-                let (rising, falling) = (Step::new(&rising, &inverse), Step::new(&falling, &inverse));
-                (steps.mean[k], steps.ahead[k]) = rising.halves(&falling);
-            }
-        }
-        steps
-    }
-}
+/// Four times the brightness of white, as [`colour`] gives it.
+const WHITE: f32 = 4.0;
 
 /// The blurred pattern with its derivatives by place and by the blur's logarithms.
 pub(super) struct Blurred {
@@ -104,99 +23,104 @@ pub(super) struct Blurred {
     pub(super) by_growth_v: Lanes,
 }
 
-/// The same of one row of cells, blurred along it.
-struct Row {
-    value: Lanes,
-    by_place: Lanes,
-    by_blur: Lanes,
-    by_growth: Lanes,
-}
-
 impl Blurred {
-    /// Cells outside of the windows have the colours of the outermost ones inside. `grows` tells whether white has grown or
-    /// black.
-    ///
-    /// Growing along one axis and then along the other makes squares of corners, as ink does. From one row to the next white
-    /// begins where neither was white before: what both rows together show, grown, less what the first one shows.
+    pub(super) const NONE: Self = Self {
+        value: ZERO,
+        by_u: ZERO,
+        by_v: ZERO,
+        by_blur_u: ZERO,
+        by_blur_v: ZERO,
+        by_growth_u: ZERO,
+        by_growth_v: ZERO,
+    };
+
+    /// Around pixels, by the blur `sigma` in units of the patch, where white has not grown. Cells outside of the windows have
+    /// the colours of the outermost ones inside.
     #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "rows and steps have the same number")]
-    pub(super) fn new<const WINDOW: usize>(
-        rows: &[[u32; BLOCK]; MOST_CELLS],
-        along_u: &Steps<WINDOW>,
-        along_v: &Steps<WINDOW>,
-        grows: bool,
-    ) -> Self {
-        let mut before = Row::new(&rows[0], along_u);
-        let mut t = Self {
-            value: before.value,
-            by_u: before.by_place,
-            by_v: ZERO,
-            by_blur_u: before.by_blur,
-            by_blur_v: ZERO,
-            by_growth_u: before.by_growth,
-            by_growth_v: ZERO,
-        };
-        for j in 1..WINDOW {
-            let row = Row::new(&rows[j], along_u);
-            let both = Row::new(&both_rows(&rows[j - 1], &rows[j], grows), along_u);
-            let (p, q) = (&along_v.mean[j], &along_v.ahead[j]);
-            let sign = if grows { 1.0 } else { -1.0 };
-            for l in 0..BLOCK {
-                // What changes from row to row, and how much of the rows' edge moves.
-                let change = row.value[l] - before.value[l];
-                let moves = sign * (2.0 * both.value[l] - before.value[l] - row.value[l]);
-                t.value[l] += change * p.share[l] + moves * q.share[l];
-                t.by_v[l] += change * p.by_place[l] + moves * q.by_place[l];
-                t.by_blur_v[l] += change * p.by_blur[l] + moves * q.by_blur[l];
-                t.by_growth_v[l] += moves * p.by_place[l] + change * q.by_place[l];
-                let change = row.by_place[l] - before.by_place[l];
-                let moves = sign * (2.0 * both.by_place[l] - before.by_place[l] - row.by_place[l]);
-                t.by_u[l] += change * p.share[l] + moves * q.share[l];
-                let change = row.by_blur[l] - before.by_blur[l];
-                let moves = sign * (2.0 * both.by_blur[l] - before.by_blur[l] - row.by_blur[l]);
-                t.by_blur_u[l] += change * p.share[l] + moves * q.share[l];
-                let change = row.by_growth[l] - before.by_growth[l];
-                let moves = sign * (2.0 * both.by_growth[l] - before.by_growth[l] - row.by_growth[l]);
-                t.by_growth_u[l] += change * p.share[l] + moves * q.share[l];
+    pub(super) fn plain<const WINDOW: usize>(block: &Block, places: &Places, sigma: [f32; 2]) -> Self {
+        let u = Shares::<WINDOW>::new(&places.u, &block.first_u, sigma[0]);
+        let v = Shares::<WINDOW>::new(&places.v, &block.first_v, sigma[1]);
+        let mut t = Self::NONE;
+        for l in 0..BLOCK {
+            let words: [u32; WINDOW] = std::array::from_fn(|j| block.rows[j][l]);
+            // Cells, and edges between them across u, seen by their shares along v.
+            let (mut columns, mut edges) = ([0.0; WINDOW], [0.0; WINDOW]);
+            for j in 0..WINDOW {
+                let (word, share) = (words[j], v.share[j][l]);
+                let opposites = opposite(word, word >> CELL_BITS);
+                let mut row = 0.0;
+                for k in 0..WINDOW {
+                    let brightness = brightness(word, k);
+                    row += u.share[k][l] * brightness;
+                    columns[k] += share * brightness;
+                    if k > 0 {
+                        edges[k] += share * colour(opposites, k - 1) as f32;
+                    }
+                }
+                t.by_v[l] += v.by_place[j][l] * row;
+                t.by_blur_v[l] += v.by_blur[j][l] * row;
+                if j > 0 {
+                    let opposites = opposite(words[j - 1], word);
+                    let mut edges = 0.0;
+                    for k in 0..WINDOW {
+                        edges += u.share[k][l] * colour(opposites, k) as f32;
+                    }
+                    t.by_growth_v[l] += v.density[j][l] * edges;
+                }
             }
-            before = row;
+            for k in 0..WINDOW {
+                t.value[l] += u.share[k][l] * columns[k];
+                t.by_u[l] += u.by_place[k][l] * columns[k];
+                t.by_blur_u[l] += u.by_blur[k][l] * columns[k];
+                t.by_growth_u[l] += u.density[k][l] * edges[k];
+            }
         }
         t
     }
 }
 
-/// Two rows as one: white in either when white grows, in both when black does.
+/// The brightness of the cell that lies `k` further right than the first one of a word.
 #[inline(always)]
-fn both_rows(a: &[u32; BLOCK], b: &[u32; BLOCK], grows: bool) -> [u32; BLOCK] {
-    let mut words = [0; BLOCK];
-    for l in 0..BLOCK {
-        words[l] = joined(a[l], b[l], grows);
-    }
-    words
+fn brightness(word: u32, k: usize) -> f32 {
+    colour(word, k) as f32 * (1.0 / WHITE)
 }
 
-impl Row {
-    /// Edges of cells of unknown colour stay where they are whatever grows: it is not known what grows there.
+/// How much of a pixel each cell of its window has along an axis, and how that changes with the place and with the blur's
+/// logarithm.
+struct Shares<const WINDOW: usize> {
+    share: [Lanes; WINDOW],
+    by_place: [Lanes; WINDOW],
+    by_blur: [Lanes; WINDOW],
+    /// Of the blur at the line before each cell; none at the first.
+    density: [Lanes; WINDOW],
+}
+
+impl<const WINDOW: usize> Shares<WINDOW> {
+    /// `first` are the windows' first cells, `sigma` is the blur in units of the patch.
     #[inline(always)]
-    #[allow(clippy::needless_range_loop, reason = "the compiler makes vectors of one index over many arrays")]
-    fn new<const WINDOW: usize>(words: &[u32; BLOCK], along: &Steps<WINDOW>) -> Self {
-        let mut row = Self { value: ZERO, by_place: ZERO, by_blur: ZERO, by_growth: ZERO };
-        for l in 0..BLOCK {
-            row.value[l] = 0.25 * colour(words[l], 0) as f32;
+    fn new(coordinate: &Coordinate, first: &Lanes, sigma: f32) -> Self {
+        let none = [ZERO; WINDOW];
+        let mut s = Self { share: none, by_place: none, by_blur: none, density: none };
+        s.share[0] = [1.0; BLOCK];
+        let mut inverse = ZERO;
+        for (inverse, speed) in inverse.iter_mut().zip(&coordinate.speed) {
+            *inverse = 1.0 / (sigma * speed);
         }
         for k in 1..WINDOW {
-            let (p, q) = (&along.mean[k], &along.ahead[k]);
             for l in 0..BLOCK {
-                // Colours are given as four times their brightness; only from black to white and back it changes by all four.
-                let code = colour(words[l], k) - colour(words[l], k - 1);
-                let (change, moves) = (0.25 * code as f32, ((code * code) >> 4) as f32);
-                row.value[l] += change * p.share[l] + moves * q.share[l];
-                row.by_place[l] += change * p.by_place[l] + moves * q.by_place[l];
-                row.by_blur[l] += change * p.by_blur[l] + moves * q.by_blur[l];
-                row.by_growth[l] += moves * p.by_place[l] + change * q.by_place[l];
+                let z = (coordinate.place[l] - first[l] - k as f32) * inverse[l];
+                let (behind, density) = normal(z);
+                let (by_place, by_blur) = (density * inverse[l], -z * density);
+                s.share[k - 1][l] -= behind;
+                s.by_place[k - 1][l] -= by_place;
+                s.by_blur[k - 1][l] -= by_blur;
+                s.share[k][l] = behind;
+                s.by_place[k][l] = by_place;
+                s.by_blur[k][l] = by_blur;
+                s.density[k][l] = by_place;
             }
         }
-        row
+        s
     }
 }
 
@@ -205,73 +129,55 @@ mod tests {
     use tagbus_family::Family;
 
     use super::super::super::reader::Reader;
-    use super::super::pattern::Pattern;
+    use super::super::grown::Steps;
+    use super::super::pattern::{MOST_CELLS, Pattern};
     use super::*;
 
     const SIGMA: f32 = 0.4;
 
-    /// The pattern's brightness at points of the middle of a window of six cells, by the model.
-    fn modelled(pattern: &Pattern, first: [usize; 2], bloom: f32) -> (Lanes, Lanes, Lanes) {
-        let mut rows = [[0; BLOCK]; MOST_CELLS];
+    /// Pixels all over a tag's grid, some near cells of unknown colour, in a picture that has a unit of the patch a cell.
+    fn block_on(pattern: &Pattern) -> (Block, Places) {
+        let mut block = Block::EMPTY;
         let (mut u, mut v) = (ZERO, ZERO);
         for l in 0..BLOCK {
-            u[l] = first[0] as f32 + 2.0 + (l % 8) as f32 * 0.25;
-            v[l] = first[1] as f32 + 2.1 + (l / 8) as f32 * 0.5;
-            for (j, row) in rows.iter_mut().enumerate() {
+            let first = [2 + l % 11, 3 + l % 9];
+            (block.first_u[l], block.first_v[l]) = (first[0] as f32, first[1] as f32);
+            u[l] = first[0] as f32 + 2.0 + (l % 7) as f32 * 0.14;
+            v[l] = first[1] as f32 + 2.0 + (l % 5) as f32 * 0.2;
+            for (j, row) in block.rows.iter_mut().enumerate() {
                 row[l] = pattern.word(first[0], first[1] + j);
             }
         }
-        let steps = |place: Lanes, first: usize| {
-            let coordinate = Coordinate::at_unit_speed(place);
-            Steps::<6>::new(&coordinate, &[first as f32; BLOCK], SIGMA, bloom)
-        };
-        let (along_u, along_v) = (steps(u, first[0]), steps(v, first[1]));
-        (Blurred::new(&rows, &along_u, &along_v, bloom > 0.0).value, u, v)
-    }
-
-    /// The same by summing over small parts, each white or black as the cells within the growth are.
-    fn summed(pattern: &Pattern, [u, v]: [f32; 2], first: [usize; 2], bloom: f32) -> f32 {
-        const PARTS: i32 = 20;
-        let is_white = |x: f32, y: f32| {
-            let inside = |place: f32, first: usize| (place as usize).clamp(first, first + 5);
-            colour(pattern.word(inside(x, first[0]), inside(y, first[1])), 0) == 4
-        };
-        let (mut sum, mut total) = (0.0, 0.0);
-        for i in -2 * PARTS..2 * PARTS {
-            for j in -2 * PARTS..2 * PARTS {
-                let [dx, dy] = [i, j].map(|k| (k as f32 + 0.5) / PARTS as f32);
-                let mut near = [-bloom, bloom]
-                    .into_iter()
-                    .flat_map(|a| [-bloom, bloom].map(|b| is_white(u + dx + a, v + dy + b)));
-                let white = if bloom > 0.0 { near.any(|white| white) } else { near.all(|white| white) };
-                let weight = (-(dx * dx + dy * dy) / (2.0 * SIGMA * SIGMA)).exp();
-                sum += if white { weight } else { 0.0 };
-                total += weight;
-            }
-        }
-        sum / total
+        let places =
+            Places { u: Coordinate::at_unit_speed(u), v: Coordinate::at_unit_speed(v), depth: [1.0; BLOCK] };
+        (block, places)
     }
 
     #[test]
-    fn grown_white_and_spread_ink_are_blurred_where_their_edges_have_moved_to() {
+    fn white_that_has_not_grown_looks_as_if_it_had_grown_by_nothing() {
         let family = Family::published("tag36h11").unwrap();
         let reader = Reader::new(0, &family, None, &[]);
         let mut pattern = Pattern::default();
-        pattern.paint(&reader, family.codes()[3]);
-        let middle = pattern.width() / 2;
-        for (bloom, first) in [0.3, -0.3].into_iter().flat_map(|b| (0..4).map(move |k| (b, k))) {
-            let first = [middle - 4 + first, middle - 3];
-            let (values, u, v) = modelled(&pattern, first, bloom);
-            for l in 0..BLOCK {
-                let expected = summed(&pattern, [u[l], v[l]], first, bloom);
-                assert!(
-                    (values[l] - expected).abs() < 0.01,
-                    "bloom {bloom} at {}, {}: {}, not {expected}",
-                    u[l],
-                    v[l],
-                    values[l]
-                );
-            }
+        pattern.paint(&reader, family.codes()[5]);
+        let (block, places) = block_on(&pattern);
+        let plain = Blurred::plain::<MOST_CELLS>(&block, &places, [SIGMA; 2]);
+        let steps = |coordinate, first| Steps::<MOST_CELLS>::new(coordinate, first, SIGMA, 0.0);
+        let (along_u, along_v) = (steps(&places.u, &block.first_u), steps(&places.v, &block.first_v));
+        let grown = Blurred::grown(&block.rows, &along_u, &along_v, true);
+        let all = |t: &Blurred| {
+            [t.value, t.by_u, t.by_v, t.by_blur_u, t.by_blur_v, t.by_growth_u, t.by_growth_v].concat()
+        };
+        for (i, (plain, grown)) in all(&plain).into_iter().zip(all(&grown)).enumerate() {
+            assert!(
+                (plain - grown).abs() < 1e-4,
+                "quantity {}, pixel {}: {plain}, not {grown}",
+                i / BLOCK,
+                i % BLOCK
+            );
         }
+        assert!(
+            all(&plain)[..BLOCK].iter().any(|value| (0.3..0.7).contains(value)),
+            "some pixel lies at an edge"
+        );
     }
 }
