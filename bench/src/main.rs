@@ -251,7 +251,7 @@ fn costly(arguments: &CostlyArguments) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     let how = format!(
         "noise, checkerboards and stripes (grey levels 35 and 215) against natural pictures, whose middle part is scaled to \
-         the same size (Catmull-Rom); CPU time, {rounds} rounds after one warm-up, detectors take turns on each frame, one \
+         the same size (Catmull-Rom); CPU time, {rounds} rounds after one warm-up, detectors take turns on each frame in an order drawn anew, one \
          thread pinned to one core; memory is the most that a fresh detector allocates for the frame"
     );
     Ok(record::write_page(&folder.join("costly.md"), "Frames made to cost", &how, &page)?)
@@ -507,7 +507,7 @@ fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let Some(folder) = &arguments.record else { return Ok(()) };
     let how = format!(
         "set {} ({}), {repetitions} frames of every distance and tilt, seed {}, {} rounds; detectors take turns on each \
-         frame, one thread pinned to one core",
+         frame in an order drawn anew, one thread pinned to one core",
         recipe.name, recipe.about, arguments.seed, arguments.rounds
     );
     record_sweep(folder, &recipe, &lines, &how, &page)

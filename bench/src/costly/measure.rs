@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
+use tagbus_scene::Stream;
 
 use super::frames::PATTERNS;
 use crate::memory::peak_during;
 use crate::peers::{self, Peer};
-use crate::sweep::{Times, bar, load_scaled, measure};
+use crate::sweep::{ORDER_SEED, Times, bar, load_scaled, measure};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -69,10 +70,13 @@ fn group(
     let mut peers = peers::all(families, factor)?;
     let bar = bar(natural.len() + PATTERNS.len(), &format!("{families} {}x{}", size[0], size[1]));
     let mut times = Vec::new();
+    let mut random = Stream::new(ORDER_SEED);
     for picture in natural {
         // The first round warms up.
-        measure(&mut peers, picture, 1)?;
-        times.push(measure(&mut peers, picture, rounds)?.into_iter().map(|(_, times)| times).collect());
+        measure(&mut peers, picture, 1, &mut random)?;
+        times.push(
+            measure(&mut peers, picture, rounds, &mut random)?.into_iter().map(|(_, times)| times).collect(),
+        );
         bar.inc(1);
     }
     let mut rows = Vec::new();
@@ -94,8 +98,9 @@ fn row(
     rounds: usize,
 ) -> Result<Row, Failure> {
     let bytes = bytes_of_a_fresh_detector(families, peers[0].factor(), picture)?;
-    measure(peers, picture, 1)?;
-    let results = measure(peers, picture, rounds)?;
+    let mut random = Stream::new(ORDER_SEED);
+    measure(peers, picture, 1, &mut random)?;
+    let results = measure(peers, picture, rounds, &mut random)?;
     let hits = results.first().map_or(0, |(hits, _)| hits.len());
     Ok(Row { frame, times: results.into_iter().map(|(_, times)| times).collect(), hits, bytes })
 }

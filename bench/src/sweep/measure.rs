@@ -2,11 +2,15 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use tagbus_camera::picture::Picture;
+use tagbus_scene::Stream;
 
 use super::score::{Score, score};
 use crate::clock::cpu_us;
 use crate::peers::{self, Choice, Hit, Peer};
 use crate::sets::{Bin, Renderer};
+
+/// Of the orders in which detectors take their turns.
+pub(crate) const ORDER_SEED: u64 = 1;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -33,7 +37,7 @@ pub(crate) struct Measured {
     pub(crate) times: Times,
 }
 
-/// CPU time of the quickest and of the middle round, microseconds.
+/// CPU time of the quickest and of the middle round (between the two middle ones of an even number), microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Times {
     pub(crate) min_us: f64,
@@ -44,7 +48,8 @@ impl Times {
     pub(crate) fn of(mut rounds_us: Vec<f64>) -> Times {
         rounds_us.sort_by(f64::total_cmp);
         let at = |index: usize| rounds_us.get(index).copied().unwrap_or(0.0);
-        Times { min_us: at(0), median_us: at(rounds_us.len() / 2) }
+        let (low, high) = (rounds_us.len().saturating_sub(1) / 2, rounds_us.len() / 2);
+        Times { min_us: at(0), median_us: 0.5 * (at(low) + at(high)) }
     }
 }
 
@@ -54,12 +59,13 @@ pub(crate) fn run(renderer: &Renderer, plan: &Plan) -> Result<Vec<Line>, Failure
     let mut peers = peers::sweep(family, &plan.detectors)?;
     let mut lines: Vec<Line> = peers.iter().map(|peer| empty_line(family, peer.as_ref())).collect();
     let bar = bar(plan.frames, &format!("{} {family}", renderer.recipe().name));
+    let mut random = Stream::new(ORDER_SEED);
     for index in 0..plan.frames {
         let frame = renderer.frame(index)?;
         if index == 0 {
-            measure(&mut peers, &frame.picture, 1)?;
+            measure(&mut peers, &frame.picture, 1, &mut random)?;
         }
-        let results = measure(&mut peers, &frame.picture, plan.rounds)?;
+        let results = measure(&mut peers, &frame.picture, plan.rounds, &mut random)?;
         for (line, (hits, times)) in lines.iter_mut().zip(results) {
             line.frames.push(Measured { bin: frame.bin, score: score(&hits, &frame.truth), times });
         }
@@ -69,11 +75,13 @@ pub(crate) fn run(renderer: &Renderer, plan: &Plan) -> Result<Vec<Line>, Failure
     Ok(lines)
 }
 
-/// In each round every detector takes one turn, so that what else the machine does hits all alike.
+/// In each round every detector takes one turn, so that what else the machine does hits all alike; in an order drawn anew, so
+/// that none always follows one that leaves it the caches as it needs them, or full of something else.
 pub(crate) fn measure(
     peers: &mut [Box<dyn Peer>],
     picture: &Picture,
     rounds: usize,
+    random: &mut Stream,
 ) -> Result<Vec<(Vec<Hit>, Times)>, Failure> {
     let mut hits = vec![Vec::new(); peers.len()];
     let mut times = vec![Vec::with_capacity(rounds); peers.len()];
@@ -81,13 +89,23 @@ pub(crate) fn measure(
         peer.prepare(picture)?;
     }
     for _ in 0..rounds {
-        for ((peer, hits), times) in peers.iter_mut().zip(&mut hits).zip(&mut times) {
+        for turn in shuffled(peers.len(), random) {
+            let (peer, hits) = (&mut peers[turn], &mut hits[turn]);
             hits.clear();
             let (us, ()) = cpu_us(|| peer.detect(picture, hits));
-            times.push(peer.own_cpu_us().unwrap_or(us));
+            times[turn].push(peer.own_cpu_us().unwrap_or(us));
         }
     }
     Ok(hits.into_iter().zip(times.into_iter().map(Times::of)).collect())
+}
+
+/// The numbers below `count` in an order that is as likely as any other.
+fn shuffled(count: usize, random: &mut Stream) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    for end in (1..count).rev() {
+        order.swap(end, random.below(end as u64 + 1) as usize);
+    }
+    order
 }
 
 pub(super) fn empty_line(family: &str, peer: &dyn Peer) -> Line {
@@ -119,6 +137,22 @@ mod tests {
     #[test]
     fn times_are_the_least_and_the_middle_one() {
         assert_eq!(Times::of(vec![5.0, 1.0, 9.0]), Times { min_us: 1.0, median_us: 5.0 });
+        assert_eq!(Times::of(vec![9.0, 1.0, 5.0, 2.0]), Times { min_us: 1.0, median_us: 3.5 });
+        assert_eq!(Times::of(Vec::new()), Times { min_us: 0.0, median_us: 0.0 });
+    }
+
+    #[test]
+    fn every_detector_takes_one_turn_a_round_in_changing_orders() {
+        let mut random = Stream::new(3);
+        let orders: Vec<Vec<usize>> = (0..20).map(|_| shuffled(5, &mut random)).collect();
+        for order in &orders {
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, [0, 1, 2, 3, 4]);
+        }
+        for place in 0..5 {
+            assert!((0..5).all(|turn| orders.iter().any(|order| order[place] == turn)), "place {place}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ mod score;
 mod significance;
 mod table;
 
-pub(crate) use measure::{Line, Plan, Times, bar, measure, run};
+pub(crate) use measure::{Line, ORDER_SEED, Plan, Times, bar, measure, run};
 pub(crate) use natural::{load_scaled, pictures_in, sweep as sweep_natural};
 pub(crate) use plot::{figure_7, figure_8};
 pub(crate) use score::{Score, score};

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use image::imageops::FilterType;
 use image::{DynamicImage, GrayImage};
 use tagbus_camera::picture::{Picture, load_grey};
+use tagbus_scene::Stream;
 
-use super::measure::{Plan, Times, bar, measure};
+use super::measure::{ORDER_SEED, Plan, Times, bar, measure};
 use crate::peers;
 
 type Failure = Box<dyn std::error::Error>;
@@ -31,11 +32,14 @@ pub(crate) fn sweep(folder: &Path, family: &str, plan: &Plan) -> Result<String, 
     let mut peers = peers::sweep(family, &plan.detectors)?;
     let mut totals = vec![[Totals::default(), Totals::default()]; peers.len()];
     let bar = bar(paths.len(), "natural");
+    let mut random = Stream::new(ORDER_SEED);
     for path in &paths {
         let picture = load_grey(path).map_err(|error| format!("{}: {error}", path.display()))?;
         let scaled = scaled(&picture, FRAME).ok_or_else(|| format!("{} is damaged", path.display()))?;
         for (size, picture) in [picture, scaled].iter().enumerate() {
-            for (totals, (hits, times)) in totals.iter_mut().zip(measure(&mut peers, picture, plan.rounds)?) {
+            for (totals, (hits, times)) in
+                totals.iter_mut().zip(measure(&mut peers, picture, plan.rounds, &mut random)?)
+            {
                 totals[size].hits += hits.len();
                 totals[size].times.push(times);
             }
