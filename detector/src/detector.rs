@@ -165,8 +165,8 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
             Border::Normal => (&planes.dark, Connectivity::Four),
             Border::Reversed => (&planes.bright, self.bright_connectivity),
         };
-        let plane =
-            Plane { bits, words: planes.words, width: raster.width(), height: raster.height(), connectivity };
+        let (width, height) = (raster.width(), raster.height());
+        let plane = Plane { bits, blank: &planes.blank, words: planes.words, width, height, connectivity };
         let shortest_side = shortest_side(narrowest, self.factor);
         clusters.fill(self.level, self.threads, &plane, &limits(shortest_side));
         (self.done)(Phase::Cluster);

@@ -17,6 +17,8 @@ pub(crate) struct Planes {
     pub(crate) dark: Vec<u64>,
     /// Pixels that white cells may be made of. Stale unless asked for.
     pub(crate) bright: Vec<u64>,
+    /// For each row whether it is known to have neither dark nor bright pixels.
+    pub(crate) blank: Vec<bool>,
     /// The threshold of every tile.
     pub(crate) cuts: Cuts,
     /// The contrast that the frame's noise asked for, grey levels.
@@ -94,7 +96,7 @@ struct Request<R, const TILE: usize> {
 }
 
 /// The frame's noise from some rows of tiles, then one pass in which thresholds follow a row of tiles behind the extremes,
-/// while its pixels are still in the nearest cache: a frame that comes from memory is read little more than once.
+/// while its pixels are still in the nearest cache. A frame that comes from memory comes with the first pass, line by line.
 fn fill<R: Raster, const TILE: usize>(
     threads: &mut Threads,
     request: &Request<R, TILE>,
@@ -145,6 +147,7 @@ impl Planes {
             self.scratches.resize_with(strips, Scratch::default);
         }
         self.scratches[..strips].iter_mut().for_each(|scratch| scratch.resize(TILE, width, length));
+        self.blank.resize(height, false);
         let Colours { dark, bright } = request.colours;
         for (plane, is_wanted) in [(&mut self.dark, dark), (&mut self.bright, bright)] {
             if is_wanted {
@@ -159,13 +162,15 @@ impl Planes {
         request: &Request<R, TILE>,
         length: usize,
     ) -> impl ExactSizeIterator<Item = (usize, Part<'_>)> + Send {
-        let Self { words, dark, bright, cuts, scratches, .. } = self;
+        let Self { words, dark, bright, blank, cuts, scratches, .. } = self;
         let of_strip = length * TILE * *words;
         let (mut dark, mut bright) = (dark.chunks_mut(of_strip), bright.chunks_mut(of_strip));
         let Colours { dark: wants_dark, bright: wants_bright } = request.colours;
-        let parts = scratches.iter_mut().zip(cuts.chunks_mut(length)).map(move |(scratch, cuts)| Part {
+        let strips = cuts.chunks_mut(length).zip(blank.chunks_mut(length * TILE));
+        let parts = scratches.iter_mut().zip(strips).map(move |(scratch, (cuts, blank))| Part {
             dark: dark.next().filter(|_| wants_dark),
             bright: bright.next().filter(|_| wants_bright),
+            blank,
             cuts,
             scratch,
         });

@@ -18,9 +18,8 @@ pub(crate) trait Raster: Copy + Send + Sync {
     fn fetch(&self, level: Level, y: usize, slot: &mut [u8]);
     /// A row that was fetched into `slot`: there, or where it lies in the frame.
     fn fetched<'s>(&'s self, y: usize, slot: &'s [u8]) -> &'s [u8];
-    /// Asks for the pixels of row `y`, which is fetched later, where the processor does not foresee it.
-    #[inline(always)]
-    fn prefetch(&self, _y: usize) {}
+    /// Brings the pixels of row `y` near.
+    fn touch(&self, y: usize);
     /// A point of the grid (corner of its first value at 0, 0) in pixels of the frame.
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2];
 }
@@ -85,12 +84,8 @@ impl Raster for Sampled<'_> {
     }
 
     #[inline(always)]
-    fn prefetch(&self, y: usize) {
-        // Rows that follow each other are foreseen, but not those that lie apart, most of them in a page of their own.
-        // At decimation 2 asking costs a frame that is near already as much as it spares a far one.
-        if self.factor > 2.0 {
-            simd::prefetch(self.span(y));
-        }
+    fn touch(&self, y: usize) {
+        simd::touch(self.span(y));
     }
 
     /// The value at column x is the pixel `factor * x`, whose centre lies half a pixel further, whatever the factor.
@@ -155,6 +150,13 @@ impl Raster for ThreeToTwo<'_> {
     #[inline(always)]
     fn fetched<'s>(&'s self, _y: usize, slot: &'s [u8]) -> &'s [u8] {
         slot
+    }
+
+    #[inline(always)]
+    fn touch(&self, y: usize) {
+        let (full, half) = Self::covered(y);
+        self.full.touch(full);
+        self.full.touch(half);
     }
 
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
@@ -313,6 +315,11 @@ impl<K: OfBlock> Raster for Merged<'_, K> {
     #[inline(always)]
     fn fetched<'s>(&'s self, _y: usize, slot: &'s [u8]) -> &'s [u8] {
         slot
+    }
+
+    #[inline(always)]
+    fn touch(&self, y: usize) {
+        (0..self.factor).for_each(|row| self.full.touch(y * self.factor + row));
     }
 
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {

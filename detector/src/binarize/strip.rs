@@ -70,12 +70,11 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         }
     }
 
-    /// Asks for the pixels of a row of tiles, if there is one.
+    /// Brings the pixels of some rows of tiles near, as many as there are.
     #[inline(always)]
-    fn prefetch(&self, tile_row: usize) {
-        if tile_row < self.all {
-            (0..TILE).for_each(|i| self.raster.prefetch(self.row_of(tile_row, i)));
-        }
+    fn touch(&self, tile_rows: std::ops::Range<usize>) {
+        let end = (tile_rows.end * TILE).min(self.raster.height());
+        (tile_rows.start * TILE..end).for_each(|y| self.raster.touch(y));
     }
 
     /// The places of a row of tiles among the extremes.
@@ -115,20 +114,25 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
     fn run(self) {
         let Self { strip, scratch } = self;
         scratch.ranges.clear();
+        let mut touched = strip.first;
         for row in (strip.first..strip.end).filter(|row| noise::votes(*row)) {
-            strip.prefetch(row + noise::ROW_STEP);
+            // In the order in which they lie in memory, those without a vote too: the pass that follows finds them near.
+            strip.touch(touched..row + 1);
+            touched = row + 1;
             strip.fetch(row, &mut scratch.slots);
             strip.find_extremes(row, scratch);
             let places = strip.places(row, scratch);
             scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
         }
+        strip.touch(touched..strip.end);
     }
 }
 
-/// What a strip fills: its part of the wanted planes and of the cuts.
+/// What a strip fills: its part of the wanted planes, of the rows known to be blank and of the cuts.
 pub(super) struct Part<'p> {
     pub(super) dark: Option<&'p mut [u64]>,
     pub(super) bright: Option<&'p mut [u64]>,
+    pub(super) blank: &'p mut [bool],
     pub(super) cuts: &'p mut [u8],
     pub(super) scratch: &'p mut Scratch,
 }
@@ -151,7 +155,6 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
         let strip = self.strip;
         for row in strip.before()..=strip.end {
             if row < strip.all {
-                strip.prefetch(row + 2);
                 strip.fetch(row, &mut self.part.scratch.slots);
                 let is_own = (strip.first..strip.end).contains(&row);
                 if !(is_own && self.are_measured && noise::votes(row)) {
@@ -169,19 +172,22 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
     /// The cuts of a row of tiles and the bits of its pixels.
     #[inline(always)]
     fn cut(&mut self, tile_row: usize) {
-        let Self { strip, limit, part: Part { dark, bright, cuts, scratch }, .. } = self;
+        let Self { strip, limit, part: Part { dark, bright, blank, cuts, scratch }, .. } = self;
         let around = [tile_row.saturating_sub(1), tile_row, (tile_row + 1).min(strip.all - 1)];
         let around = around.map(|row| strip.places(row, scratch));
         let Scratch { minima, maxima, tiles, slots, columns, cut_of_pixel, unwanted, .. } = &mut **scratch;
         let cuts = &mut cuts[(tile_row - strip.first) * *tiles..][..*tiles];
         fill_row(around, minima, maxima, *limit, columns, cuts);
+        let (words, top) = (unwanted.len(), strip.first * TILE);
+        let rows = strip.row_of(tile_row, 0)..strip.row_of(tile_row, TILE - 1) + 1;
         // Most rows of tiles of a plain wall: their pixels need not be read again.
-        if cuts.iter().fold(0, |any, cut| any | cut) == 0 {
+        let is_blank = cuts.iter().fold(0, |any, cut| any | cut) == 0;
+        blank[rows.start - top..rows.end - top].fill(is_blank);
+        if is_blank {
             return self.clear(tile_row);
         }
         spread::<TILE>(cuts, cut_of_pixel);
-        let (words, top) = (unwanted.len(), strip.first * TILE);
-        for y in strip.row_of(tile_row, 0)..=strip.row_of(tile_row, TILE - 1) {
+        for y in rows {
             let row = strip.raster.fetched(y, slots.of(tile_row, y % TILE));
             let bits = (y - top) * words..(y - top + 1) * words;
             let (dark, bright) = match (dark.as_deref_mut(), bright.as_deref_mut()) {

@@ -20,6 +20,8 @@ pub(super) struct Band {
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a> {
     pub(super) bits: &'a [u64],
+    /// For each whether it is known to have no set bit.
+    pub(super) blank: &'a [bool],
     pub(super) words: usize,
     pub(super) first: usize,
 }
@@ -42,7 +44,7 @@ impl Cut {
     pub(super) fn rows_of<'a>(&self, plane: &Plane<'a>, band: usize) -> Rows<'a> {
         let (first, words) = (band * self.rows, plane.words);
         let end = (first + self.rows).min(plane.height);
-        Rows { bits: &plane.bits[first * words..end * words], words, first }
+        Rows { bits: &plane.bits[first * words..end * words], blank: &plane.blank[first..end], words, first }
     }
 }
 

@@ -176,7 +176,11 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
     let mut ranks = std::mem::take(&mut labels.ranks);
     let mut contacts = std::mem::take(&mut labels.contacts);
     let mut above: &[u64] = &[];
-    for (row, bits) in rows.bits.chunks_exact(rows.words).enumerate() {
+    for (row, (bits, is_blank)) in rows.bits.chunks_exact(rows.words).zip(rows.blank).enumerate() {
+        if *is_blank {
+            runs.push_blank_row();
+            continue;
+        }
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
         runs.push_row(level, bits, current);

@@ -110,6 +110,8 @@ fn cut(plane: &Plane, threads: &Threads) -> Cut {
 pub(crate) struct Plane<'a> {
     /// Rows of `words` words; the last bit of each row is clear.
     pub(crate) bits: &'a [u64],
+    /// For each row whether it is known to have no set bit.
+    pub(crate) blank: &'a [bool],
     /// Words a row.
     pub(crate) words: usize,
     /// Columns of the raster.

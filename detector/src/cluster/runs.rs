@@ -35,6 +35,12 @@ impl Runs {
         self.first_of_row.len().saturating_sub(1)
     }
 
+    /// Appends a row that has none.
+    #[inline(always)]
+    pub(super) fn push_blank_row(&mut self) {
+        self.first_of_row.push(self.spans().len() as u32);
+    }
+
     /// Appends the runs of a row and fills `ranks`, the row's index, unless there are none.
     #[inline(always)]
     pub(super) fn push_row(&mut self, level: Level, bits: &[u64], ranks: &mut Ranks) {

@@ -19,7 +19,9 @@ fn drawn(picture: &str) -> (Vec<u64>, usize, usize) {
 const ALL: Limits = Limits { side: 1, area: 1 };
 
 fn plane(bits: &[u64], width: usize, height: usize, connectivity: Connectivity) -> Plane<'_> {
-    Plane { bits, words: width / 64 + 1, width, height, connectivity }
+    // What is not known to be blank is looked at.
+    static NOT_BLANK: [bool; 4096] = [false; 4096];
+    Plane { bits, blank: &NOT_BLANK[..height], words: width / 64 + 1, width, height, connectivity }
 }
 
 fn clusters(bits: &[u64], width: usize, height: usize, connectivity: Connectivity, level: Level) -> Clusters {

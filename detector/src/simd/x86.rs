@@ -11,16 +11,6 @@ pub(super) fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
-/// Every second line of 64 bytes is named: the processor brings the one beside it too, and half as many prefetches are felt less
-/// where the bytes are near already.
-#[inline(always)]
-pub(super) fn prefetch(bytes: &[u8]) {
-    for line in bytes.chunks(128) {
-        // SAFETY: a prefetch reads nothing that a program could see, and SSE belongs to the baseline of this architecture.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) }
-    }
-}
-
 #[target_feature(enable = "avx2")]
 fn load_128(bytes: &[u8], at: usize) -> __m128i {
     let chunk = &bytes[at..at + 16];
