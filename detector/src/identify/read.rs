@@ -37,6 +37,30 @@ impl Reading {
     }
 }
 
+/// What refinement gave.
+struct Refined {
+    reading: Reading,
+    /// Whether the corners are the quad's, because refined ones gave no tag or a less sure one.
+    is_astray: bool,
+}
+
+impl Refined {
+    fn astray(reading: Reading) -> Self {
+        Self { reading, is_astray: true }
+    }
+
+    /// With the corners that long sides give with more profiles than reading it took.
+    #[inline(always)]
+    fn with_long_sides(self, frame: &Frame, reader: &Reader) -> Reading {
+        let corners = self.reading.corners;
+        if self.is_astray || !Effort::is_worth_it(&corners) {
+            return self.reading;
+        }
+        let refined = refine::refine(frame, reader, &corners, &Effort::to_report());
+        Reading { corners: refined.unwrap_or(corners), ..self.reading }
+    }
+}
+
 /// A reading and the family that it belongs to.
 pub(super) struct Tag<'r> {
     pub(super) reader: &'r Reader,
@@ -132,10 +156,13 @@ impl Attempt<'_> {
     fn finish(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Reading> {
         let reading = match self.settings.refinement {
             Refinement::None => raw?,
-            Refinement::Edges => self.refined(reader, quad, raw)?,
+            Refinement::Edges => self.refined(reader, quad, raw)?.with_long_sides(self.frame, reader),
             Refinement::Tag => {
                 let refined = self.refined(reader, quad, raw)?;
-                self.aligned(reader, refined)
+                match self.aligned(reader, &refined.reading) {
+                    Some(aligned) => aligned,
+                    None => refined.with_long_sides(self.frame, reader),
+                }
             }
         };
         (reading.bits.margin >= self.settings.min_margin).then_some(reading)
@@ -171,7 +198,7 @@ impl Attempt<'_> {
     /// The better of what the quad's own corners gave and what refined ones give. Decoding before refining finds tags whose
     /// refinement goes astray; decoding after it finds those whose corners were cut off.
     #[inline(always)]
-    fn refined(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Reading> {
+    fn refined(&mut self, reader: &Reader, quad: &Quad, raw: Option<Reading>) -> Option<Refined> {
         let factor = self.settings.decimation.factor();
         if raw.is_none() && !self.is_promising(reader, quad, factor) {
             return None;
@@ -181,23 +208,19 @@ impl Attempt<'_> {
             refined = self.read_refined(reader, quad, &Effort::to_read_from_afar(factor));
         }
         // Refinement that loses the tag, or turns it into a less sure one, went astray.
-        let Some(refined) = refined else { return raw };
+        let Some(refined) = refined else { return raw.map(Refined::astray) };
         let corners = refined.corners;
-        let mut best = match raw {
+        let reading = match raw {
             Some(raw) if raw.is_surer_than(&refined) => {
                 if raw.found.id != refined.found.id {
-                    return Some(raw);
+                    return Some(Refined::astray(raw));
                 }
                 // Unrefined corners may give the better code, never the better corners.
                 Reading { corners, ..raw }
             }
             _ => refined,
         };
-        if Effort::is_worth_it(&corners) {
-            let effort = Effort::to_report();
-            best.corners = refine::refine(self.frame, reader, &corners, &effort).unwrap_or(corners);
-        }
-        Some(best)
+        Some(Refined { reading, is_astray: false })
     }
 
     /// Whether a quad that was not read comes near to a tag once its corners are roughly refined: what most quads cost that are
@@ -219,18 +242,16 @@ impl Attempt<'_> {
         self.read_at(reader, corners)
     }
 
-    /// The reading with its corners where the whole tag fits best, if that gives the same tag again.
+    /// The reading with its corners where the whole tag fits best; `None` if that does not give the same tag again.
     #[inline(always)]
-    fn aligned(&mut self, reader: &Reader, reading: Reading) -> Reading {
+    fn aligned(&mut self, reader: &Reader, reading: &Reading) -> Option<Reading> {
         let code = reader.code_as_read(&reading.found);
         let align = &mut self.scratch.align;
-        let Some(corners) = align.align(self.frame, reader, code, &reading.corners, &reading.border) else {
-            return reading;
-        };
+        let corners = align.align(self.frame, reader, code, &reading.corners, &reading.border)?;
         let same = |again: &Reading| {
             again.found.id == reading.found.id && again.found.rotation == reading.found.rotation
         };
-        self.read_at(reader, corners).filter(same).unwrap_or(reading)
+        self.read_at(reader, corners).filter(same)
     }
 
     #[inline(always)]

@@ -6,8 +6,10 @@ use super::solve::NormalEquations;
 
 /// Most steps.
 const STEPS: usize = 4;
-/// A step that moves no corner further than this many pixels, and hardly changes blur and bloom, is the last one.
-const SETTLED: f64 = 0.05;
+/// A step that moves no corner further than this many cells, but at least and at most so many pixels, and hardly changes blur and
+/// bloom, is the last one.
+const SETTLED: f64 = 0.02;
+const SETTLED_PX: (f64, f64) = (0.05, 0.1);
 
 /// What pixels say about parameters.
 pub(super) trait Residuals {
@@ -51,7 +53,9 @@ impl Fit {
     }
 
     fn is_settled(&self, before: &Fit) -> bool {
-        farthest_move(&before.corners, &self.corners) < SETTLED
+        // The patch reaches to the farthest corner.
+        let cell = self.patch.scale * std::f64::consts::SQRT_2 / self.width;
+        farthest_move(&before.corners, &self.corners) < (SETTLED * cell).clamp(SETTLED_PX.0, SETTLED_PX.1)
             && self.parameters.look_like(&before.parameters)
     }
 }
