@@ -384,8 +384,8 @@ fn phases(arguments: &PhasesArguments) -> Result<(), Failure> {
     let Some(folder) = record else { return Ok(()) };
     std::fs::create_dir_all(folder)?;
     let how = format!(
-        "CPU time in milliseconds: of each picture the quickest of {rounds} rounds after one warm-up, medians over pictures \
-         (each column for itself); all levels and the C library take turns on each picture, one thread pinned to one core"
+        "tags aligned as a whole (--refine tag), CPU time in milliseconds: of each picture the quickest of {rounds} rounds after one \
+         warm-up, medians over pictures (each column for itself); all levels and the C library take turns on each picture, one thread pinned to one core"
     );
     Ok(record::write_page(&folder.join("phases.md"), "Where the time goes", &how, &page)?)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use tagbus_camera::picture::Picture;
-use tagbus_detector::{Decimation, Detector, Level, LumaView, Phase, Settings};
+use tagbus_detector::{Decimation, Detector, Level, LumaView, Phase, Refinement, Settings};
 use tagbus_family::Family;
 
 use super::frames::{self, FAMILIES};
@@ -91,9 +91,11 @@ fn block(group: &frames::Group, families: &str, factor: f64, rounds: usize) -> R
     })
 }
 
+/// With all that there is to refinement.
 fn detector(families: &str, factor: f64, level: Level) -> Result<Detector, Failure> {
     let families: Result<Vec<Family>, _> = families.split('+').map(Family::published).collect();
-    let settings = Settings { decimation: Decimation::from_factor(factor)?, ..Settings::default() };
+    let decimation = Decimation::from_factor(factor)?;
+    let settings = Settings { decimation, refinement: Refinement::Tag, ..Settings::default() };
     let mut detector = Detector::new(&families?, &settings)?;
     detector.set_level(level);
     Ok(detector)
