@@ -21,8 +21,8 @@
 //! ```
 //!
 //! Pixels lie side by side in blocks and every step of the arithmetic is a loop over a block, which the compiler makes
-//! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 20 to 60
-//! microseconds in plain light, whatever the size of the tag, up to 300 where all steps are needed.
+//! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 20 to 70
+//! microseconds in plain light, up to 260 where all steps are needed.
 //!
 //! What it gives on rendered tags: `bench/record/corners.md`.
 
