@@ -178,7 +178,7 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
     let mut above: &[u64] = &[];
     for (row, (bits, is_blank)) in rows.bits.chunks_exact(rows.words).zip(rows.blank).enumerate() {
         if *is_blank {
-            runs.push_blank_row();
+            runs.end_row();
             continue;
         }
         ranks.swap(0, 1);

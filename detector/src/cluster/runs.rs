@@ -35,9 +35,9 @@ impl Runs {
         self.first_of_row.len().saturating_sub(1)
     }
 
-    /// Appends a row that has none.
+    /// Ends a row: one that has no runs but those appended since the row before.
     #[inline(always)]
-    pub(super) fn push_blank_row(&mut self) {
+    pub(super) fn end_row(&mut self) {
         self.first_of_row.push(self.spans().len() as u32);
     }
 
@@ -49,7 +49,7 @@ impl Runs {
             ranks.fill(bits, self.spans().len() as u32);
             self.edges.push(level, &ranks.edges);
         }
-        self.first_of_row.push(self.spans().len() as u32);
+        self.end_row();
     }
 }
 

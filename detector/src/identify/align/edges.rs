@@ -21,11 +21,11 @@ pub(super) struct Stretch {
     from: [f64; 2],
     to: [f64; 2],
     /// 0 where u is the same all along it, 1 where v is.
-    axis: usize,
+    pub(super) axis: usize,
     /// That coordinate, in cells from the border edge.
-    line: f64,
+    pub(super) line: f64,
     /// 1 where white lies behind the line, -1 where black does.
-    sign: i8,
+    pub(super) sign: i8,
 }
 
 /// Rows (or columns) whose pixel centres a stretch crosses.
@@ -38,18 +38,6 @@ struct Crossed {
 }
 
 impl Stretch {
-    pub(super) fn axis(&self) -> usize {
-        self.axis
-    }
-
-    pub(super) fn line(&self) -> f64 {
-        self.line
-    }
-
-    pub(super) fn sign(&self) -> i8 {
-        self.sign
-    }
-
     #[inline(always)]
     fn crossed(&self, size: [usize; 2]) -> Crossed {
         let run = [self.to[0] - self.from[0], self.to[1] - self.from[1]];

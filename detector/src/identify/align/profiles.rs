@@ -86,7 +86,8 @@ impl Profiles {
     /// Makes room for all profiles of any tag.
     pub(super) fn reserve(&mut self) {
         // Each axis may end with a block that is not full.
-        while (self.blocks.len() - self.blocks.len().min(2)) * BLOCK < edges::MOST_PLACES / PIXELS {
+        let most = (edges::MOST_PLACES / PIXELS).div_ceil(BLOCK) + 2;
+        while self.blocks.len() < most {
             self.blocks.push(Block::EMPTY);
         }
     }
@@ -108,7 +109,7 @@ impl Profiles {
         let mut next = 0.0;
         for stretch in stretches {
             let Some(inner) = stretch.without_ends(end) else { continue };
-            if self.used > 0 && self.blocks[self.used - 1].axis != inner.axis() {
+            if self.used > 0 && self.blocks[self.used - 1].axis != inner.axis {
                 self.filled = BLOCK;
             }
             inner.visit(frame.size(), spacing, &mut next, |place, step| {
@@ -124,7 +125,7 @@ impl Profiles {
                 self.blocks.push(Block::EMPTY);
             }
             self.blocks[self.used].weight = ZERO;
-            self.blocks[self.used].axis = edge.axis();
+            self.blocks[self.used].axis = edge.axis;
             self.used += 1;
             self.filled = 0;
         }
@@ -135,8 +136,8 @@ impl Profiles {
             block.first[a][lane] = first[a];
             block.step[a][lane] = step[a] as f32 * unit;
         }
-        block.line[lane] = edge.line() as f32;
-        block.sign[lane] = edge.sign() as f32;
+        block.line[lane] = edge.line as f32;
+        block.sign[lane] = f32::from(edge.sign);
         block.weight[lane] = 1.0;
         for i in 0..PIXELS {
             let grey = frame.pixel(place[0] + i * step[0], place[1] + i * step[1]);
