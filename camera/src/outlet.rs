@@ -8,7 +8,7 @@ use tagbus_message::bus::{Bus, BusError};
 use tagbus_message::clock;
 use tagbus_message::frame::Fourcc;
 use tagbus_message::info::{CameraInfo, CameraState};
-use tagbus_message::ports::InfoOut;
+use tagbus_message::ports::{InfoOut, LendError};
 use tagbus_message::qos::FRAMES;
 use tagbus_message::stats::CameraStats;
 use tagbus_message::stats_ports::StatsOut;
@@ -19,7 +19,7 @@ use crate::config::CameraConfig;
 use crate::desk::{Controls, Desk};
 use crate::format::FrameShape;
 use crate::loan::{self, Loan};
-use crate::publish::{Epoch, FramePublisher, Lost, Moment, NoMemory};
+use crate::publish::{Epoch, FramePublisher, Lost, Moment};
 use crate::run::{CameraError, CameraEvent, Ending, MAX_SEND_FAILURES, Summary};
 use crate::source::{Damage, Filled};
 use crate::space::Space;
@@ -104,8 +104,8 @@ impl<'a> Outlet<'a> {
         self.summary.no_loan += 1;
         let dead = self.publisher.clean_up_dead();
         match missing {
-            NoMemory::Taken => self.tell(CameraEvent::NoLoan { dead }),
-            NoMemory::Full { bytes } => self.tell_full(bytes),
+            LendError::Full { bytes } => self.tell_full(bytes),
+            _ => self.tell(CameraEvent::NoLoan { dead }),
         }
         None
     }
@@ -118,8 +118,8 @@ impl<'a> Outlet<'a> {
         self.publisher.clean_up_dead();
         match self.publisher.loan() {
             Ok(loan) => return Some(loan),
-            Err(NoMemory::Full { bytes }) => self.tell_full(bytes),
-            Err(NoMemory::Taken) => {}
+            Err(LendError::Full { bytes }) => self.tell_full(bytes),
+            Err(_) => {}
         }
         None
     }

@@ -7,13 +7,12 @@ use tagbus_message::Local;
 use tagbus_message::clock;
 use tagbus_message::frame::{CaptureKind, ClockKind, FrameHeader};
 use tagbus_message::info::CameraInfo;
-use tagbus_message::ports::FramesOut;
-use tagbus_message::qos::FRAMES;
+use tagbus_message::ports::{FramesOut, LendError};
 use tagbus_message::stats::{CAMERA_HOPS, CameraStats};
 use tagbus_message::tally::{Tally, UNKNOWN, between};
 
 use crate::format::FrameShape;
-use crate::loan::{self, Loan};
+use crate::loan::Loan;
 use crate::source::Filled;
 
 /// Numbers of one run of a camera.
@@ -76,26 +75,11 @@ pub(crate) struct FramePublisher {
     exposure_ns: u64,
     stats: Box<CameraStats>,
     tally: Tally<{ CAMERA_HOPS.len() }>,
-    /// Addresses of the pieces of memory that have all their pages.
-    provided: Vec<usize>,
-}
-
-/// Why there is no memory for a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum NoMemory {
-    /// Others hold all of it.
-    Taken,
-    /// There are no pages for it: shared memory is full.
-    Full {
-        /// What a frame takes.
-        bytes: usize,
-    },
 }
 
 impl FramePublisher {
     pub(crate) fn new(frames: FramesOut<Local>, epoch: Epoch, largest: FrameShape) -> FramePublisher {
         let template = largest.header();
-        let provided = Vec::with_capacity(FRAMES.chunks());
         let stats = Box::new(CameraStats {
             epoch: epoch.number,
             started_ns: clock::monotonic_ns(),
@@ -112,7 +96,6 @@ impl FramePublisher {
             exposure_ns: 0,
             stats,
             tally: Tally::default(),
-            provided,
         }
     }
 
@@ -123,15 +106,8 @@ impl FramePublisher {
     }
 
     /// Memory for the next frame, which can be written.
-    pub(crate) fn loan(&mut self) -> Result<Loan, NoMemory> {
-        let bytes = self.largest.bytes();
-        let mut loan = Loan::take(self.frames.publisher(), bytes).map_err(|_| NoMemory::Taken)?;
-        let address = loan.address();
-        if !self.provided.contains(&address) {
-            loan.provide_pages().map_err(|_| NoMemory::Full { bytes: loan::payload_bytes(bytes) })?;
-            self.provided.push(address);
-        }
-        Ok(loan)
+    pub(crate) fn loan(&self) -> Result<Loan, LendError> {
+        Loan::take(&self.frames, self.largest.bytes())
     }
 
     /// From here on this camera information applies.

@@ -34,6 +34,7 @@ use crate::description::Description;
 use crate::held::Held;
 use crate::ports::{describe_types, remember, service_name};
 use crate::qos;
+use crate::room::{self, MORE_ROOM, SHARED_MEMORY};
 use crate::sweep;
 use crate::topics;
 
@@ -123,8 +124,11 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
         *self.active.payload()
     }
 
-    /// Answers. That the answer reaches nobody is the client's loss: it has gone, or never takes its answers.
+    /// Answers. That the answer reaches nobody is the client's loss: it has gone, or never takes its answers, or shared memory is full.
     pub fn answer(self, reply: &A) {
+        if room::is_short() {
+            return;
+        }
         let _ = self.active.send_copy(*reply);
     }
 }
@@ -132,6 +136,9 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
 impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend> ControlClient<S, Q, A> {
     /// Sends a request and wakes the server.
     pub fn ask(&self, request: &Q) -> Result<Pending<S, Q, A>, AskError> {
+        if room::is_short() {
+            return Err(AskError::NoRoom);
+        }
         let pending = self.held.get().0.send_copy(*request).map_err(|error| AskError::broken(&error))?;
         if pending.number_of_server_connections() == 0 {
             return Err(AskError::Nobody);
@@ -165,6 +172,8 @@ impl<S: Service, Q: Debug + Copy + ZeroCopySend, A: Debug + Copy + ZeroCopySend>
 pub enum AskError {
     /// Nobody is there to answer.
     Nobody,
+    /// Shared memory is full.
+    NoRoom,
     /// The connection is broken; iceoryx2's word for it.
     Broken(String),
 }
@@ -179,6 +188,7 @@ impl fmt::Display for AskError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Nobody => write!(f, "nobody is there to answer"),
+            Self::NoRoom => write!(f, "{SHARED_MEMORY} is full; {MORE_ROOM}"),
             Self::Broken(reason) => write!(f, "the connection is broken ({reason})"),
         }
     }

@@ -42,6 +42,7 @@ pub mod info;
 mod local;
 pub mod onlooker;
 mod other_version;
+mod pages;
 pub mod ports;
 pub mod qos;
 #[cfg(test)]

@@ -5,8 +5,10 @@
 //! Ports are dropped before their services and those before the node, in the order of the fields: what is left is then
 //! removed by whoever is last (`held.rs`).
 
+use std::cell::RefCell;
 use std::fmt::{self, Debug};
 use std::io;
+use std::mem::MaybeUninit;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -16,12 +18,13 @@ use iceoryx2::port::notifier::{Notifier, NotifierNotifyError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::port::{ReceiveError, SendError};
+use iceoryx2::port::{LoanError, ReceiveError, SendError};
 use iceoryx2::prelude::{
     BackpressureStrategy, CallbackProgression, EventId, MessagingPattern, PortFactory, Service, ServiceName,
     ZeroCopySend,
 };
 use iceoryx2::sample::Sample;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::port_factory::event::PortFactory as EventService;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as DataService;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
@@ -30,11 +33,12 @@ use crate::bell::{Bell, Use};
 use crate::bus::{Bus, BusError, Part, Patience};
 use crate::description::Description;
 use crate::detection::{DetectionsHeader, TagDetection};
-use crate::domain::SHARED_MEMORY;
 use crate::frame::FrameHeader;
 use crate::held::Held;
 use crate::info::CameraInfo;
+use crate::pages::Pages;
 use crate::qos::{self, Reserved, TopicQos};
+use crate::room::{self, MORE_ROOM, SHARED_MEMORY};
 use crate::sweep;
 use crate::topics;
 
@@ -61,6 +65,7 @@ pub struct Output<S: Service, T: Debug + ZeroCopySend + 'static, H: Debug + Defa
 {
     held: Held<Sending<S, T, H>>,
     reserved: Reserved,
+    pages: RefCell<Pages>,
     /// The file of the publisher's chunks, where it was found.
     memory: Option<PathBuf>,
     bus: Bus<S>,
@@ -102,10 +107,24 @@ pub type DetectionsOut<S> = Output<S, TagDetection, DetectionsHeader>;
 pub type DetectionsIn<S> = Input<S, TagDetection, DetectionsHeader>;
 
 impl<S: Service, T: Debug + ZeroCopySend, H: Debug + Default + ZeroCopySend> Output<S, T, H> {
-    /// Where messages are loaned.
+    /// Where messages are loaned. What roles send they take by [`Output::lend`].
     #[must_use]
     pub fn publisher(&self) -> &Publisher<S, [T], H> {
         &self.held.get().publisher
+    }
+
+    /// Memory for a message of `length` items, which has its pages: writing it cannot fail. Once warm, nothing is allocated for it
+    /// and the system is not asked.
+    ///
+    /// # Errors
+    /// Others hold all memory, or shared memory is full.
+    pub fn lend(&self, length: usize) -> Result<SampleMutUninit<S, [MaybeUninit<T>], H>, LendError> {
+        let mut loan = self.publisher().loan_slice_uninit(length).map_err(LendError::Taken)?;
+        let (start, bytes) = (loan.payload_mut().as_ptr().addr(), length * size_of::<T>());
+        match self.pages.borrow_mut().provide(start, bytes) {
+            Ok(()) => Ok(loan),
+            Err(_) => Err(LendError::Full { bytes }),
+        }
     }
 
     /// Wakes every subscriber that waits: ours by the bell, others by iceoryx2's event. To be called after sending.
@@ -217,6 +236,32 @@ pub(crate) fn remember<S: Service, F: PortFactory>(
     })
 }
 
+/// Why there is no memory for a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LendError {
+    /// Others hold all of it, or it is too little; iceoryx2's word for it.
+    Taken(LoanError),
+    /// Shared memory is full.
+    Full {
+        /// What the message takes.
+        bytes: usize,
+    },
+}
+
+impl fmt::Display for LendError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Taken(error) => write!(f, "no memory is free ({error:?})"),
+            Self::Full { bytes } => {
+                write!(f, "{SHARED_MEMORY} is full: no room for {bytes} bytes; {MORE_ROOM}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for LendError {}
+
 /// Why not everybody could be woken.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -249,8 +294,11 @@ pub struct InfoOut<S: Service> {
 }
 
 impl<S: Service> InfoOut<S> {
-    /// Publishes a change.
+    /// Publishes a change, unless shared memory is full.
     pub fn publish(&self, info: &CameraInfo) -> Result<usize, SendError> {
+        if room::is_short() {
+            return Err(SendError::LoanError(LoanError::OutOfMemory));
+        }
         self.held.get().0.send_copy(*info)
     }
 
@@ -436,7 +484,11 @@ impl<S: Service> Bus<S> {
         let described = [description, remember(&events, MessagingPattern::Event, self)];
         let sending = Sending { publisher, notifier, bell, data, events };
         let held = Held::new(sending, described, self.domain());
-        Ok(Some(Output { held, reserved, memory, bus: self.clone() }))
+        let pages = RefCell::new(Pages::new(slice_len * size_of::<T>(), qos.chunks()));
+        let output = Output { held, reserved, pages, memory, bus: self.clone() };
+        // Now there is room for the first piece's headers, for which nobody asks.
+        drop(output.lend(0));
+        Ok(Some(output))
     }
 
     fn input<T, H>(&self, topic: &str, buffer: usize, patience: Patience) -> Result<Input<S, T, H>, BusError>

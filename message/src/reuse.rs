@@ -4,7 +4,7 @@
 //! new ──▶ a free block of this thread, else a new one ──▶ clones count up, drops count down ──▶ the last drop: a free block again
 //! ```
 //!
-//! iceoryx2 makes one such value for every loan. This is the only unsafe code of this crate; what makes it true is that a value is made and
+//! iceoryx2 makes one such value for every loan. What makes it true is that a value is made and
 //! dropped in one thread (like `Rc` it is not `Send`), and that its block is given away by its last owner only.
 #![allow(unsafe_code, reason = "a place for values of any type")]
 #![allow(

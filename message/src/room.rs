@@ -1,7 +1,8 @@
 //! Room in shared memory.
 //!
 //! A full `/dev/shm` does not refuse memory when it is reserved: it kills the process that touches it (SIGBUS). So whoever comes
-//! onto the bus looks first.
+//! onto the bus looks first, frames and detections are written into pages that are there ([`crate::ports::Output::lend`]), and what is sent now
+//! and then is left out while room is short.
 
 use std::path::Path;
 
@@ -15,6 +16,9 @@ pub const MORE_ROOM: &str = "remove what fills it (`ls -lS /dev/shm`), or enlarg
 /// More than a role touches when it joins a topic: its queues and its place among the others.
 pub const TO_JOIN: u64 = 1 << 20;
 
+/// More than a single message of any topic but frames and detections takes.
+const FOR_A_MESSAGE: u64 = 64 << 10;
+
 /// Bytes that are free; `None` where that cannot be asked.
 #[must_use]
 pub fn available() -> Option<u64> {
@@ -26,6 +30,11 @@ pub fn available() -> Option<u64> {
 pub fn available_in(place: &Path) -> Option<u64> {
     let about = rustix::fs::statvfs(place).ok()?;
     Some(about.f_bavail.saturating_mul(about.f_frsize))
+}
+
+/// Whether a message that touches new pages might find none.
+pub(crate) fn is_short() -> bool {
+    available().is_some_and(|free| free < FOR_A_MESSAGE)
 }
 
 /// Whether a role can join; the bytes that are free when it cannot.

@@ -204,9 +204,8 @@ fn send(
 ) -> Result<DetectionsHeader, String> {
     let Tags { detections, chosen, names, origin } = tags;
     let loan = out
-        .publisher()
-        .loan_slice_uninit(chosen.len())
-        .map_err(|error| format!("no memory for a message of {} tags ({error:?})", chosen.len()))?;
+        .lend(chosen.len())
+        .map_err(|error| format!("no memory for a message of {} tags: {error}", chosen.len()))?;
     let mut loan = loan.write_from_fn(|place| convert::tag(&detections[chosen[place]], names, *origin));
     header.send_ns = monotonic_ns();
     *loan.user_header_mut() = header;
