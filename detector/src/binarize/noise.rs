@@ -4,6 +4,8 @@
 //! 5 % quantile at 2.3 sigma, so the 5 % quantile of all 4x4 tile ranges tells sigma as long as a twentieth of the
 //! frame is flat. A window of 3x3 tiles without content then stays below 8 sigma.
 
+use crate::simd::{Kernel, Level};
+
 /// Sigmas of noise that a window of 144 samples must exceed to count as content.
 const SIGMAS: f32 = 8.0;
 /// The same where values are averages of pixels that their neighbours share: their ranges in a tile are a little smaller, and
@@ -26,66 +28,133 @@ pub(super) fn votes(tile_row: usize) -> bool {
     tile_row % ROW_STEP == 1
 }
 
-/// How many unclipped tiles have each range (largest minus smallest value).
-pub(super) struct Ranges([u32; 256]);
+/// Stands for the range of a tile that does not vote.
+const NO_VOTE: u8 = u8::MAX;
+/// The largest range that is told apart: from far below on the limit is the same.
+const MOST: u8 = NO_VOTE - 1;
+/// Values that are counted in 16 bits, so that many are counted at once.
+const PART: usize = 4096;
+/// Where the search for a range begins.
+const FIRST_GUESS: u8 = 8;
 
-impl Default for Ranges {
-    fn default() -> Self {
-        Self([0; 256])
-    }
+/// The range (largest minus smallest value) of each tile that may vote, or [`NO_VOTE`].
+#[derive(Default)]
+pub(super) struct Ranges {
+    values: Vec<u8>,
+    /// How many there are; what follows is of another frame.
+    count: usize,
 }
 
 impl Ranges {
-    pub(super) fn clear(&mut self) {
-        self.0.fill(0);
+    /// Forgets all, and makes room for so many tiles.
+    pub(super) fn clear(&mut self, room: usize) {
+        self.values.resize(room, 0);
+        self.count = 0;
     }
 
-    /// Counts a row of tiles.
+    /// Adds a row of tiles.
     #[inline(always)]
     pub(super) fn add(&mut self, minima: &[u8], maxima: &[u8]) {
-        for (low, high) in minima.iter().zip(maxima) {
-            // A range is only counted where it is known: the smallest value below white, the largest above black.
-            if *low < UNCLIPPED.end && *high >= UNCLIPPED.start {
-                self.0[usize::from(high - low)] += 1;
-            }
+        let to = &mut self.values[self.count..][..minima.len()];
+        self.count += to.len();
+        for ((to, low), high) in to.iter_mut().zip(minima).zip(maxima) {
+            // A range is only counted where it is known: the smallest value below white, the largest above black. No branch: vectors.
+            let is_clipped = (*low >= UNCLIPPED.end) | (*high < UNCLIPPED.start);
+            *to = (high - low).min(MOST) | NO_VOTE * u8::from(is_clipped);
         }
     }
 
-    pub(super) fn add_all(&mut self, others: &Ranges) {
-        self.0.iter_mut().zip(&others.0).for_each(|(count, other)| *count += other);
+    /// How many are at most so large.
+    #[inline(always)]
+    fn at_most(&self, largest: u8) -> usize {
+        let mut sum = 0;
+        for part in self.values[..self.count].chunks(PART) {
+            let mut count = 0_u16;
+            for range in part {
+                count += u16::from(*range <= largest);
+            }
+            sum += usize::from(count);
+        }
+        sum
     }
 }
 
 /// The least range of a 3x3 window of tiles that counts as content, in grey levels, from the ranges of the tiles that vote.
-pub(super) fn contrast_limit(ranges: &Ranges, are_averages: bool) -> u8 {
-    let quantile = flat_range(&ranges.0);
-    let sigma = (quantile / FLAT_RANGE_SIGMAS).max(0.0);
+pub(super) fn contrast_limit<'r, R>(level: Level, ranges: R, are_averages: bool) -> u8
+where
+    R: Iterator<Item = &'r Ranges> + Clone,
+{
+    let sigma = level.run(FlatRange(ranges)) / FLAT_RANGE_SIGMAS;
     let sigmas = if are_averages { SIGMAS_OF_AVERAGES } else { SIGMAS };
-    ((sigmas * sigma).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
+    ((sigmas * sigma.max(0.0)).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
 }
 
-/// The range below which a twentieth of the tiles lie, interpolated inside its histogram bin.
-fn flat_range(counts: &[u32; 256]) -> f32 {
-    let wanted = counts.iter().sum::<u32>() as f32 * FLAT_SHARE;
-    let mut below = 0.0;
-    for (range, count) in counts.iter().enumerate() {
-        let count = *count as f32;
-        if count > 0.0 && below + count >= wanted {
-            return range as f32 - 0.5 + (wanted - below) / count;
+/// Finds the range below which a twentieth of the tiles lie, as if those of one range lay evenly between its neighbours.
+struct FlatRange<R>(R);
+
+impl<'r, R: Iterator<Item = &'r Ranges> + Clone> Kernel for FlatRange<R> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run(self) -> f32 {
+        let voters = at_most(&self.0, MOST);
+        let wanted = voters as f32 * FLAT_SHARE;
+        if voters == 0 {
+            return 0.0;
         }
-        below += count;
+        // Ranges of noise are small, so the search begins with these. `below` are those of less than `range`, too few.
+        let (mut range, mut below, mut enough) = (0, 0, FIRST_GUESS);
+        let mut up_to_enough = at_most(&self.0, enough);
+        while (up_to_enough as f32) < wanted {
+            (range, below) = (enough + 1, up_to_enough);
+            enough = enough.saturating_mul(2).min(MOST);
+            up_to_enough = at_most(&self.0, enough);
+        }
+        while range < enough {
+            let middle = range + (enough - range) / 2;
+            let count = at_most(&self.0, middle);
+            if (count as f32) < wanted {
+                (range, below) = (middle + 1, count);
+            } else {
+                (enough, up_to_enough) = (middle, count);
+            }
+        }
+        f32::from(range) - 0.5 + (wanted - below as f32) / (up_to_enough - below) as f32
     }
-    0.0
+}
+
+#[inline(always)]
+fn at_most<'r>(ranges: &(impl Iterator<Item = &'r Ranges> + Clone), largest: u8) -> usize {
+    let mut sum = 0;
+    for ranges in ranges.clone() {
+        sum += ranges.at_most(largest);
+    }
+    sum
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn limit(minima: &[u8], maxima: &[u8]) -> u8 {
+    fn ranges(minima: &[u8], maxima: &[u8]) -> Ranges {
         let mut ranges = Ranges::default();
+        ranges.clear(minima.len());
         ranges.add(minima, maxima);
-        contrast_limit(&ranges, false)
+        ranges
+    }
+
+    fn limit(minima: &[u8], maxima: &[u8]) -> u8 {
+        contrast_limit(Level::best(), std::iter::once(&ranges(minima, maxima)), false)
+    }
+
+    /// The range below which a twentieth lie, by going through all of them in order.
+    fn flat_range_in_order(mut ranges: Vec<u8>) -> f32 {
+        ranges.sort_unstable();
+        let wanted = ranges.len() as f32 * FLAT_SHARE;
+        let Some(range) = ranges.get((wanted.ceil() as usize).max(1) - 1) else { return 0.0 };
+        let below = ranges.iter().filter(|other| *other < range).count();
+        let count = ranges.iter().filter(|other| *other == range).count();
+        f32::from(*range) - 0.5 + (wanted - below as f32) / count as f32
     }
 
     #[test]
@@ -107,13 +176,29 @@ mod tests {
     }
 
     #[test]
-    fn ranges_that_are_counted_apart_are_those_of_the_whole() {
-        let (mut sum, mut rest) = (Ranges::default(), Ranges::default());
-        sum.add(&[90; 40], &[93; 40]);
-        rest.add(&[90; 9], &[101; 9]);
-        rest.clear();
-        rest.add(&[80; 24], &[101; 24]);
-        sum.add_all(&rest);
-        assert_eq!((sum.0[3], sum.0[11], sum.0[21]), (40, 0, 24));
+    fn every_level_finds_the_range_that_going_through_all_in_order_finds() {
+        let mut state = 7_u32;
+        let mut byte = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        for length in (0..300).chain([20_000, 40_001]) {
+            let largest = byte().max(1);
+            let of_tiles: Vec<u8> = (0..length).map(|_| byte() % largest).collect();
+            let split = length * 2 / 3;
+            let parts = [&of_tiles[..split], &of_tiles[split..]].map(|part| {
+                ranges(&vec![20; part.len()], &part.iter().map(|r| r.saturating_add(20)).collect::<Vec<_>>())
+            });
+            let expected = flat_range_in_order(of_tiles.iter().map(|r| r.saturating_add(20) - 20).collect());
+            for level in Level::available() {
+                assert_eq!(level.run(FlatRange(parts.iter())), expected, "{level}, {length} tiles");
+            }
+        }
+    }
+
+    #[test]
+    fn clipped_tiles_do_not_vote() {
+        let of = |low: &[u8], high: &[u8]| Level::best().run(FlatRange(std::iter::once(&ranges(low, high))));
+        assert_eq!(of(&[90, 250, 0, 255, 90], &[93, 255, 5, 255, 93]), of(&[90, 90], &[93, 93]));
     }
 }

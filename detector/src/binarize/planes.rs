@@ -1,7 +1,7 @@
 //! Bit planes of dark and of bright pixels, made in strips that threads share.
 
 use super::cuts::Cuts;
-use super::noise::{self, Ranges};
+use super::noise;
 use super::raster::Raster;
 use super::strip::{Measure, Part, Scratch, Strip, Threshold};
 use crate::simd::Level;
@@ -17,7 +17,7 @@ pub(crate) struct Planes {
     pub(crate) dark: Vec<u64>,
     /// Pixels that white cells may be made of. Stale unless asked for.
     pub(crate) bright: Vec<u64>,
-    /// For each row whether it is known to have neither dark nor bright pixels.
+    /// For each row whether it is known to have neither dark nor bright pixels, and no thresholds.
     pub(crate) blank: Vec<bool>,
     /// The threshold of every tile.
     pub(crate) cuts: Cuts,
@@ -25,10 +25,21 @@ pub(crate) struct Planes {
     pub(crate) contrast_limit: u8,
     /// At least one for each strip.
     scratches: Vec<Scratch>,
+    /// What is filled now: rows that are blank in the next frame too need not be cleared again if that has the same shape.
+    shape: Option<Shape>,
+}
+
+/// What lies where in the planes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Shape {
+    tile: usize,
+    width: usize,
+    height: usize,
+    colours: Colours,
 }
 
 /// Which bit planes are asked for: at least one.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Colours {
     pub(crate) dark: bool,
     pub(crate) bright: bool,
@@ -106,27 +117,21 @@ fn fill<R: Raster, const TILE: usize>(
     let tile_rows = raster.height().div_ceil(TILE);
     let length = strip_length(threads, raster.width() * raster.height(), tile_rows);
     planes.resize(request, length);
-    let strip = |number: usize| Strip::<R, TILE>::new(level, raster, number * length, length);
+    let strip = |number: usize| Strip::<R, TILE>::new(level, raster, number * length, length, measures);
     if measures {
         let scratches = &mut planes.scratches[..tile_rows.div_ceil(length)];
         threads.each(scratches.iter_mut().enumerate(), |(number, scratch)| {
             level.run(Measure { strip: strip(number), scratch });
         });
-        planes.contrast_limit = noise::contrast_limit(&ranges_of(scratches), R::ARE_AVERAGES);
+        let ranges = scratches.iter().map(|scratch| &scratch.ranges);
+        planes.contrast_limit = noise::contrast_limit(level, ranges, R::ARE_AVERAGES);
     } else if let Contrast::Least(least) = request.contrast {
         planes.contrast_limit = least;
     }
     let limit = planes.contrast_limit;
     threads.each(planes.parts(request, length), |(number, part)| {
-        level.run(Threshold { strip: strip(number), are_measured: measures, limit, part });
+        level.run(Threshold { strip: strip(number), limit, part });
     });
-}
-
-/// What strips have measured, together.
-fn ranges_of(scratches: &[Scratch]) -> Ranges {
-    let mut sum = Ranges::default();
-    scratches.iter().for_each(|scratch| sum.add_all(&scratch.ranges));
-    sum
 }
 
 /// Rows of tiles a strip: all have as many but for the last.
@@ -147,7 +152,11 @@ impl Planes {
             self.scratches.resize_with(strips, Scratch::default);
         }
         self.scratches[..strips].iter_mut().for_each(|scratch| scratch.resize(TILE, width, length));
-        self.blank.resize(height, false);
+        let shape = Shape { tile: TILE, width, height, colours: request.colours };
+        if self.shape.replace(shape) != Some(shape) {
+            self.blank.clear();
+            self.blank.resize(height, false);
+        }
         let Colours { dark, bright } = request.colours;
         for (plane, is_wanted) in [(&mut self.dark, dark), (&mut self.bright, bright)] {
             if is_wanted {
@@ -175,5 +184,63 @@ impl Planes {
             scratch,
         });
         parts.enumerate()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raster::Sampled;
+    use super::*;
+    use crate::view::LumaView;
+
+    /// A flat frame with some bright and some dark bars, at other places in each.
+    fn frame(width: usize, height: usize, state: &mut u64) -> Vec<u8> {
+        let mut below = |limit: usize| {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (*state >> 33) as usize % limit
+        };
+        let mut pixels = vec![100; width * height];
+        for _ in 0..below(3) {
+            let (left, top, value) = (below(width - 8), below(height - 8), [20, 220][below(2)]);
+            for y in top..top + 1 + below(7) {
+                pixels[y * width + left..][..8].fill(value);
+            }
+        }
+        pixels
+    }
+
+    fn fill_from(pixels: &[u8], size: [usize; 2], colours: Colours, scale: Scale, planes: &mut Planes) {
+        let view = LumaView::grey(pixels, size[0], size[1]).unwrap();
+        binarize(
+            Level::best(),
+            &mut Threads::start(1).unwrap(),
+            Sampled::new(&view, 1),
+            colours,
+            scale,
+            planes,
+        );
+    }
+
+    #[test]
+    fn planes_that_were_filled_with_other_frames_are_those_of_new_ones() {
+        let (mut used, mut state, mut blank) = (Planes::default(), 5, [0; 2]);
+        for round in 0..400 {
+            let size = [[70, 40], [70, 40], [64, 40], [70, 45]][round / 7 % 4];
+            let colours = [[true, false], [true, true], [false, true]][round / 11 % 3];
+            let colours = Colours { dark: colours[0], bright: colours[1] };
+            let scale = [Scale::Four(Contrast::Measured), Scale::Two(Contrast::Least(9))][round / 5 % 2];
+            let pixels = frame(size[0], size[1], &mut state);
+            let mut new = Planes::default();
+            fill_from(&pixels, size, colours, scale, &mut used);
+            fill_from(&pixels, size, colours, scale, &mut new);
+            assert!(!colours.dark || used.dark[..new.dark.len()] == new.dark, "round {round}");
+            assert!(!colours.bright || used.bright[..new.bright.len()] == new.bright, "round {round}");
+            assert_eq!((&used.blank, used.contrast_limit), (&new.blank, new.contrast_limit), "round {round}");
+            for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+                assert_eq!(used.cuts.at(x, y), new.cuts.at(x, y), "round {round}");
+            }
+            new.blank.iter().for_each(|is_blank| blank[usize::from(*is_blank)] += 1);
+        }
+        assert!(blank.iter().all(|count| *count > 1000), "{blank:?} rows that are not blank, and that are");
     }
 }

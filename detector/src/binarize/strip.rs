@@ -15,18 +15,24 @@ pub(super) struct Strip<R, const TILE: usize> {
     end: usize,
     /// Rows of tiles that the raster has.
     all: usize,
+    /// Whether the rows of tiles that have a vote are measured, and their extremes kept, before thresholds are looked for.
+    is_measured: bool,
 }
+
+/// Rows of tiles whose extremes are kept in turn: more than a threshold looks at.
+const TURNS: usize = 4;
 
 /// What a thread needs for a strip.
 #[derive(Default)]
 pub(super) struct Scratch {
-    /// Extremes of the strip's tiles and of a row of tiles before and behind it.
+    /// Extremes of some rows of tiles in turn, and behind them those that were measured: few enough to stay in the nearest caches.
     minima: Vec<u8>,
     maxima: Vec<u8>,
     /// Tiles a row.
     tiles: usize,
     slots: Slots,
     columns: Columns,
+    cut_of_tile: Vec<u8>,
     cut_of_pixel: Vec<u8>,
     unwanted: Vec<u64>,
     pub(super) ranges: Ranges,
@@ -36,10 +42,12 @@ impl Scratch {
     /// Makes room for strips of so many rows of tiles.
     pub(super) fn resize(&mut self, tile: usize, width: usize, length: usize) {
         self.tiles = width.div_ceil(tile);
-        self.minima.resize(self.tiles * (length + 2), 0);
-        self.maxima.resize(self.tiles * (length + 2), 0);
+        let kept = TURNS + length / noise::ROW_STEP + 2;
+        self.minima.resize(self.tiles * kept, 0);
+        self.maxima.resize(self.tiles * kept, 0);
         self.slots.resize(tile, width);
         self.columns.resize(self.tiles);
+        self.cut_of_tile.resize(self.tiles, 0);
         self.cut_of_pixel.resize(width, 0);
         self.unwanted.resize(width / 64 + 1, 0);
     }
@@ -47,9 +55,9 @@ impl Scratch {
 
 impl<R: Raster, const TILE: usize> Strip<R, TILE> {
     /// `length` rows of tiles from the row `first` on, or as many as there are.
-    pub(super) fn new(level: Level, raster: R, first: usize, length: usize) -> Self {
+    pub(super) fn new(level: Level, raster: R, first: usize, length: usize, is_measured: bool) -> Self {
         let all = raster.height().div_ceil(TILE);
-        Self { level, raster, first, end: (first + length).min(all), all }
+        Self { level, raster, first, end: (first + length).min(all), all, is_measured }
     }
 
     /// The first row of tiles whose extremes are needed.
@@ -77,11 +85,21 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         (tile_rows.start * TILE..end).for_each(|y| self.raster.touch(y));
     }
 
+    /// Whether a row of tiles is measured, and its extremes kept.
+    #[inline(always)]
+    fn measures(&self, tile_row: usize) -> bool {
+        self.is_measured && noise::votes(tile_row) && (self.first..self.end).contains(&tile_row)
+    }
+
     /// The places of a row of tiles among the extremes.
     #[inline(always)]
     fn places(&self, tile_row: usize, scratch: &Scratch) -> std::ops::Range<usize> {
-        let place = (tile_row - self.before()) * scratch.tiles;
-        place..place + scratch.tiles
+        let row = if self.measures(tile_row) {
+            TURNS + tile_row / noise::ROW_STEP - self.first / noise::ROW_STEP
+        } else {
+            tile_row % TURNS
+        };
+        row * scratch.tiles..(row + 1) * scratch.tiles
     }
 
     #[inline(always)]
@@ -113,9 +131,9 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
     #[inline(always)]
     fn run(self) {
         let Self { strip, scratch } = self;
-        scratch.ranges.clear();
+        scratch.ranges.clear(scratch.minima.len());
         let mut touched = strip.first;
-        for row in (strip.first..strip.end).filter(|row| noise::votes(*row)) {
+        for row in (strip.first..strip.end).filter(|row| strip.measures(*row)) {
             // In the order in which they lie in memory, those without a vote too: the pass that follows finds them near.
             strip.touch(touched..row + 1);
             touched = row + 1;
@@ -140,8 +158,6 @@ pub(super) struct Part<'p> {
 /// Finds the cuts and the bits of a strip.
 pub(super) struct Threshold<'p, R, const TILE: usize> {
     pub(super) strip: Strip<R, TILE>,
-    /// Whether the rows of tiles that have a vote have their extremes already.
-    pub(super) are_measured: bool,
     /// The contrast that is asked for, grey levels.
     pub(super) limit: u8,
     pub(super) part: Part<'p>,
@@ -156,8 +172,7 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
         for row in strip.before()..=strip.end {
             if row < strip.all {
                 strip.fetch(row, &mut self.part.scratch.slots);
-                let is_own = (strip.first..strip.end).contains(&row);
-                if !(is_own && self.are_measured && noise::votes(row)) {
+                if !strip.measures(row) {
                     strip.find_extremes(row, self.part.scratch);
                 }
             }
@@ -175,18 +190,24 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
         let Self { strip, limit, part: Part { dark, bright, blank, cuts, scratch }, .. } = self;
         let around = [tile_row.saturating_sub(1), tile_row, (tile_row + 1).min(strip.all - 1)];
         let around = around.map(|row| strip.places(row, scratch));
-        let Scratch { minima, maxima, tiles, slots, columns, cut_of_pixel, unwanted, .. } = &mut **scratch;
-        let cuts = &mut cuts[(tile_row - strip.first) * *tiles..][..*tiles];
-        fill_row(around, minima, maxima, *limit, columns, cuts);
+        let Scratch { minima, maxima, tiles, slots, columns, cut_of_tile, cut_of_pixel, unwanted, .. } =
+            &mut **scratch;
+        fill_row(around, minima, maxima, *limit, columns, cut_of_tile);
         let (words, top) = (unwanted.len(), strip.first * TILE);
         let rows = strip.row_of(tile_row, 0)..strip.row_of(tile_row, TILE - 1) + 1;
         // Most rows of tiles of a plain wall: their pixels need not be read again.
-        let is_blank = cuts.iter().fold(0, |any, cut| any | cut) == 0;
-        blank[rows.start - top..rows.end - top].fill(is_blank);
+        let is_blank = cut_of_tile.iter().fold(0, |any, cut| any | cut) == 0;
+        let blank = &mut blank[rows.start - top..rows.end - top];
+        if is_blank && blank[0] {
+            // So it was in the frame before, and nothing is set that would have to be cleared.
+            return;
+        }
+        blank.fill(is_blank);
+        cuts[(tile_row - strip.first) * *tiles..][..*tiles].copy_from_slice(cut_of_tile);
         if is_blank {
             return self.clear(tile_row);
         }
-        spread::<TILE>(cuts, cut_of_pixel);
+        spread::<TILE>(cut_of_tile, cut_of_pixel);
         for y in rows {
             let row = strip.raster.fetched(y, slots.of(tile_row, y % TILE));
             let bits = (y - top) * words..(y - top + 1) * words;

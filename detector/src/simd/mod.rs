@@ -71,9 +71,10 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
 pub(crate) fn touch(bytes: &[u8]) {
     const LINE: usize = 64;
     if cfg!(target_arch = "x86_64") {
-        let mut sum = 0;
-        for line in bytes.chunks(LINE) {
-            sum += u32::from(line[0]);
+        let (mut sum, mut at) = (0, 0);
+        while at < bytes.len() {
+            sum |= bytes[at];
+            at += LINE;
         }
         std::hint::black_box(sum);
     }
@@ -179,8 +180,12 @@ pub(crate) fn values(level: Level, pixels: &Pixels, x: &[f32; LANES], y: &[f32; 
         // SAFETY: NEON belongs to the baseline of this architecture.
         return unsafe { neon::values(pixels, last_square, x, y) };
     }
-    let _ = level;
-    samples::values(pixels, x, y)
+    match level.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: levels of these kinds are only made where the processor has AVX2 (Level::available).
+        Kind::Avx2 | Kind::Avx512 => unsafe { x86::values_avx2(pixels, x, y) },
+        _ => samples::values(pixels, x, y),
+    }
 }
 
 /// The `k`-th step of this length of a search for crossings, from the values `before` to those `now`; says whether anything is

@@ -5,10 +5,18 @@ use std::arch::x86_64::*;
 use super::TILE;
 use super::blocks::{Blocks, word_of};
 use super::level::Kernel;
+use super::samples::{self, LANES, Pixels};
 
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub(super) fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
+}
+
+/// A function of its own: it is called in a dozen places, and in each of them would take as much code as a page has.
+#[inline(never)]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub(super) fn values_avx2(pixels: &Pixels, x: &[f32; LANES], y: &[f32; LANES]) -> [f32; LANES] {
+    samples::values(pixels, x, y)
 }
 
 #[target_feature(enable = "avx2")]
