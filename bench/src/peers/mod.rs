@@ -102,7 +102,8 @@ fn our_settings() -> Result<Vec<Settings>, Failure> {
         let decimation = Decimation::from_factor(factor)?;
         let tag = Settings { decimation, refinement: Refinement::Tag, ..Settings::default() };
         all.push(tag.clone());
-        all.push(Settings { refinement: Refinement::Edges, ..tag.clone() });
+        let less = [Refinement::Edges, Refinement::None];
+        all.extend(less.map(|refinement| Settings { refinement, ..tag.clone() }));
         if factor <= 3.0 {
             let searches = [Search::Fine, Search::Thorough];
             all.extend(searches.map(|search| Settings { search, ..tag.clone() }));
