@@ -4,6 +4,7 @@
 use super::homography::Homography;
 use super::reader::{Cells, Reader};
 use super::sample::{Frame, LANES};
+use crate::simd::Kernel;
 
 /// What white and black look like across a tag, and how well the border fits that.
 #[derive(Clone, Copy, Debug)]
@@ -53,8 +54,28 @@ impl Border {
 const LEAST_INSIDE: f32 = 0.75;
 
 /// Samples both rings. `None` when the colours are the wrong way round or too much is outside of the frame.
-#[inline(always)]
 pub(crate) fn measure(frame: &Frame, reader: &Reader, homography: &Homography) -> Option<Border> {
+    frame.level().run(Measure { frame, reader, homography })
+}
+
+/// A function of its own at every level: code that is read from the caches once serves all who measure.
+struct Measure<'a> {
+    frame: &'a Frame<'a>,
+    reader: &'a Reader,
+    homography: &'a Homography,
+}
+
+impl Kernel for Measure<'_> {
+    type Output = Option<Border>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Border> {
+        measure_rings(self.frame, self.reader, self.homography)
+    }
+}
+
+#[inline(always)]
+fn measure_rings(frame: &Frame, reader: &Reader, homography: &Homography) -> Option<Border> {
     let (mut white, mut black) = (Ring::default(), Ring::default());
     let half = reader.width as f32 * 0.5;
     let blocks = reader.lanes.white_ring.len();

@@ -6,6 +6,7 @@ use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
 use super::sample::{Frame, LANES};
+use crate::simd::Kernel;
 
 /// The bits of a quad, whether they are a tag's or not.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +32,6 @@ impl Bits {
 /// The paper sharpens the sampled data cells with a Laplacian (eq. 5) and lets all other cells count as zero. Here the
 /// cells whose colour is known from the layout enter with that colour: at a few pixels a cell the blur of the border
 /// decides the outer bits, and knowing it removes the bias. That is worth ten points of recall on small tags.
-#[inline(always)]
 pub(crate) fn sample(
     frame: &Frame,
     reader: &Reader,
@@ -40,7 +40,7 @@ pub(crate) fn sample(
     sharpening: f32,
     grid: &mut Vec<f32>,
 ) -> Bits {
-    fill_grid(frame, reader, homography, border, grid);
+    frame.level().run(FillGrid { frame, reader, homography, border, grid });
     let mut code = 0;
     let (mut white, mut black) = (Mean::default(), Mean::default());
     for cell in &reader.data {
@@ -58,7 +58,24 @@ pub(crate) fn sample(
 }
 
 /// Distances from the threshold, in grey levels: measured for data cells, the model's for cells of known colour, zero for
-/// cells that nothing is known of.
+/// cells that nothing is known of. A function of its own at every level, as [`super::border::measure`].
+struct FillGrid<'a> {
+    frame: &'a Frame<'a>,
+    reader: &'a Reader,
+    homography: &'a Homography,
+    border: &'a Border,
+    grid: &'a mut Vec<f32>,
+}
+
+impl Kernel for FillGrid<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        fill_grid(self.frame, self.reader, self.homography, self.border, self.grid);
+    }
+}
+
 #[inline(always)]
 fn fill_grid(frame: &Frame, reader: &Reader, homography: &Homography, border: &Border, grid: &mut Vec<f32>) {
     grid.clear();
