@@ -74,7 +74,8 @@ fn memory_is_reserved_at_once_and_takes_room_when_it_is_written() {
     let before = out.touched_bytes().unwrap();
     out.publisher().loan_slice(1 << 20).unwrap().send().unwrap();
     let after = out.touched_bytes().unwrap();
-    assert!(after >= before + (1 << 20), "{before} then {after}");
+    // The pages in which it begins and ends were there for headers.
+    assert!(after >= before + (1 << 20) - (16 << 10), "{before} then {after}");
     assert!(out.reserved().bytes() > 30 << 20 && after < out.reserved().bytes() as u64);
 }
 
