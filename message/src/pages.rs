@@ -9,16 +9,43 @@
 //! Once a piece has its pages nothing is asked any more: from frame to frame this is a look into a short list.
 #![allow(unsafe_code, reason = "one advice to the kernel, which changes no byte")]
 
-use std::io;
+use std::{fmt, io};
 
+use iceoryx2::port::LoanError;
 use rustix::io::Errno;
 use rustix::mm::{Advice, madvise};
 use rustix::param::page_size;
 
-use crate::room;
+use crate::room::{self, MORE_ROOM, SHARED_MEMORY};
 
 /// More than iceoryx2 writes before a payload: its own header and ours.
 const HEADERS: usize = 1024;
+
+/// Why there is no memory for a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LendError {
+    /// Others hold all of it, or it is too little; iceoryx2's word for it.
+    Taken(LoanError),
+    /// Shared memory is full.
+    Full {
+        /// What the message takes.
+        bytes: usize,
+    },
+}
+
+impl fmt::Display for LendError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Taken(error) => write!(f, "no memory is free ({error:?})"),
+            Self::Full { bytes } => {
+                write!(f, "{SHARED_MEMORY} is full: no room for {bytes} bytes; {MORE_ROOM}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for LendError {}
 
 /// The pieces of one publisher's memory that have their pages.
 #[derive(Debug)]

@@ -36,9 +36,10 @@ use crate::detection::{DetectionsHeader, TagDetection};
 use crate::frame::FrameHeader;
 use crate::held::Held;
 use crate::info::CameraInfo;
+pub use crate::pages::LendError;
 use crate::pages::Pages;
 use crate::qos::{self, Reserved, TopicQos};
-use crate::room::{self, MORE_ROOM, SHARED_MEMORY};
+use crate::room::{self, SHARED_MEMORY};
 use crate::sweep;
 use crate::topics;
 
@@ -235,32 +236,6 @@ pub(crate) fn remember<S: Service, F: PortFactory>(
         Err(_) => true,
     })
 }
-
-/// Why there is no memory for a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum LendError {
-    /// Others hold all of it, or it is too little; iceoryx2's word for it.
-    Taken(LoanError),
-    /// Shared memory is full.
-    Full {
-        /// What the message takes.
-        bytes: usize,
-    },
-}
-
-impl fmt::Display for LendError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Taken(error) => write!(f, "no memory is free ({error:?})"),
-            Self::Full { bytes } => {
-                write!(f, "{SHARED_MEMORY} is full: no room for {bytes} bytes; {MORE_ROOM}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for LendError {}
 
 /// Why not everybody could be woken.
 #[derive(Debug)]
