@@ -1,7 +1,7 @@
 //! Room in shared memory.
 //!
 //! A full `/dev/shm` does not refuse memory when it is reserved: it kills the process that touches it (SIGBUS). So the room is
-//! checked before anything is reserved, and the pages of each piece are asked for before it is written (`loan.rs`).
+//! checked before anything is reserved, and the pages of each piece are asked for before it is written ([`tagbus_message::ports::Output::lend`]).
 
 use std::fmt;
 use std::path::Path;

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_histogram_asks_for_the_least_contrast() {
+    fn a_frame_without_votes_asks_for_the_least_contrast() {
         assert_eq!(limit(&[], &[]), 5);
         assert_eq!(limit(&[255; 16], &[255; 16]), 5, "all clipped");
     }
