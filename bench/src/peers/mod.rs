@@ -94,11 +94,16 @@ pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>,
     }
 }
 
+/// Further ones of ours: up to where nothing is found, and between those at which little is.
+const OUR_FACTORS: [f64; 6] = [14.0, 20.0, 28.0, 32.0, 48.0, 64.0];
+
 /// What of ours is compared. The first of each decimation is what others are held against: with all that there is to
 /// refinement.
 fn our_settings() -> Result<Vec<Settings>, Failure> {
+    let mut factors = [&FACTORS[..], &OUR_FACTORS[..]].concat();
+    factors.sort_by(f64::total_cmp);
     let mut all = Vec::new();
-    for factor in FACTORS {
+    for factor in factors {
         let decimation = Decimation::from_factor(factor)?;
         let tag = Settings { decimation, refinement: Refinement::Tag, ..Settings::default() };
         all.push(tag.clone());

@@ -12,14 +12,28 @@ pub(crate) struct Cuts {
     values: Vec<u8>,
 }
 
+/// Tiles that are worked on at once: extremes, and cuts as they are made, fill whole vectors. What lies behind a row's last tile
+/// is no tile's: [`NO_MINIMUM`] and [`NO_MAXIMUM`].
+pub(super) const LANES: usize = 32;
+pub(super) const NO_MINIMUM: u8 = 255;
+pub(super) const NO_MAXIMUM: u8 = 0;
+
 /// Buffers for one row of tiles: the extremes of three tiles below each other.
 #[derive(Default)]
-pub(super) struct Columns([Vec<u8>; 2]);
+pub(super) struct Columns {
+    tiles: usize,
+    low: Vec<u8>,
+    high: Vec<u8>,
+}
 
 impl Columns {
     /// Makes room for so many tiles.
     pub(super) fn resize(&mut self, tiles: usize) {
-        self.0.iter_mut().for_each(|buffer| buffer.resize(tiles + 2, 0));
+        self.tiles = tiles;
+        // One before the first, one behind the last.
+        let room = tiles.next_multiple_of(LANES) + 2;
+        self.low.resize(room, NO_MINIMUM);
+        self.high.resize(room, NO_MAXIMUM);
     }
 }
 
@@ -54,7 +68,8 @@ pub(super) fn spread<const TILE: usize>(cuts: &[u8], pixels: &mut [u8]) {
 }
 
 /// The cuts of a row of tiles, at the middle between the extremes of the 3x3 tiles around each, where these differ by `limit`
-/// or more. `around` are the places of the row above, the row itself and the one below among the extremes.
+/// or more. `around` are the places of the row above, the row itself and the one below among the extremes; like `cuts` whole
+/// [`LANES`].
 #[inline(always)]
 pub(super) fn fill_row(
     around: [Range<usize>; 3],
@@ -64,18 +79,22 @@ pub(super) fn fill_row(
     columns: &mut Columns,
     cuts: &mut [u8],
 ) {
-    let Columns([low, high]) = columns;
-    fold_column(around.clone().map(|places| &minima[places]), low, u8::min);
-    fold_column(around.map(|places| &maxima[places]), high, u8::max);
+    let Columns { tiles, low, high } = columns;
+    fold_column(around.clone().map(|places| &minima[places]), *tiles, low, u8::min);
+    fold_column(around.map(|places| &maxima[places]), *tiles, high, u8::max);
     cut_row(low, high, limit, cuts);
 }
 
 /// The extreme of three rows, column by column, with the ends repeated once.
 #[inline(always)]
-fn fold_column(rows: [&[u8]; 3], out: &mut [u8], extreme: impl Fn(u8, u8) -> u8) {
-    let tiles = rows[0].len();
-    for (i, to) in out[1..=tiles].iter_mut().enumerate() {
-        *to = extreme(extreme(rows[0][i], rows[1][i]), rows[2][i]);
+fn fold_column(rows: [&[u8]; 3], tiles: usize, out: &mut [u8], extreme: impl Fn(u8, u8) -> u8) {
+    let [above, row, below] = [rows[0], rows[1], rows[2]];
+    let rows = above.as_chunks::<LANES>().0.iter().zip(row.as_chunks().0).zip(below.as_chunks().0);
+    for (to, ((above, row), below)) in out[1..].as_chunks_mut::<LANES>().0.iter_mut().zip(rows) {
+        let (above, row, below): (_, &[u8; LANES], &[u8; LANES]) = (above, row, below);
+        for l in 0..LANES {
+            to[l] = extreme(extreme(above[l], row[l]), below[l]);
+        }
     }
     out[0] = out[1];
     out[tiles + 1] = out[tiles];
@@ -83,14 +102,18 @@ fn fold_column(rows: [&[u8]; 3], out: &mut [u8], extreme: impl Fn(u8, u8) -> u8)
 
 #[inline(always)]
 fn cut_row(low: &[u8], high: &[u8], limit: u8, cuts: &mut [u8]) {
-    let tiles = cuts.len();
-    let (low, high) = (&low[..tiles + 2], &high[..tiles + 2]);
-    for (i, cut) in cuts.iter_mut().enumerate() {
-        let least = low[i].min(low[i + 1]).min(low[i + 2]);
-        let most = high[i].max(high[i + 1]).max(high[i + 2]);
-        let range = most - least;
-        // The middle itself is dark; a range of 5 or more keeps the sum below 256.
-        *cut = if range >= limit { least + range / 2 + 1 } else { 0 };
+    const AROUND: usize = LANES + 2;
+    for (i, cuts) in cuts.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        let low: &[u8] = &low[i * LANES..][..AROUND];
+        let high: &[u8] = &high[i * LANES..][..AROUND];
+        for l in 0..LANES {
+            let least = low[l].min(low[l + 1]).min(low[l + 2]);
+            let most = high[l].max(high[l + 1]).max(high[l + 2]);
+            // Where there is no tile the least is above the most, and the difference 1.
+            let range = most.wrapping_sub(least);
+            // The middle itself is dark; a range of 5 or more keeps the sum below 256.
+            cuts[l] = if range >= limit { least + range / 2 + 1 } else { 0 };
+        }
     }
 }
 
@@ -100,15 +123,22 @@ mod tests {
 
     #[test]
     fn a_tile_is_cut_at_the_middle_of_the_extremes_around_it() {
-        let (mut minima, mut maxima) = (vec![100; 25], vec![102; 25]);
+        let (mut minima, mut maxima) = (vec![NO_MINIMUM; 5 * LANES], vec![NO_MAXIMUM; 5 * LANES]);
+        for row in 0..5 {
+            minima[row * LANES..][..5].fill(100);
+            maxima[row * LANES..][..5].fill(102);
+        }
         minima[0] = 20;
-        maxima[6] = 220;
+        maxima[LANES + 1] = 220;
         let (mut cuts, mut columns) = (Cuts::default(), Columns::default());
         cuts.resize(4, 5, 5);
         columns.resize(5);
         for (row, cuts) in cuts.chunks_mut(1).enumerate() {
-            let around = [row.saturating_sub(1), row, (row + 1).min(4)].map(|row| row * 5..row * 5 + 5);
-            fill_row(around, &minima, &maxima, 5, &mut columns, cuts);
+            let around = [row.saturating_sub(1), row, (row + 1).min(4)];
+            let (around, mut all) = (around.map(|row| row * LANES..(row + 1) * LANES), [9; LANES]);
+            fill_row(around, &minima, &maxima, 5, &mut columns, &mut all);
+            assert_eq!(all[5..], [0; LANES - 5], "where there is no tile");
+            cuts.copy_from_slice(&all[..5]);
         }
         assert_eq!(cuts.at(0, 0), 20 + 100 + 1);
         assert_eq!(cuts.at(8, 8), 100 + 60 + 1, "sees tile (1,1) but not tile (0,0)");

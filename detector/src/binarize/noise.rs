@@ -52,7 +52,7 @@ impl Ranges {
         self.count = 0;
     }
 
-    /// Adds a row of tiles.
+    /// Adds a row of tiles; what lies behind the last one does not vote.
     #[inline(always)]
     pub(super) fn add(&mut self, minima: &[u8], maxima: &[u8]) {
         let to = &mut self.values[self.count..][..minima.len()];
@@ -60,7 +60,7 @@ impl Ranges {
         for ((to, low), high) in to.iter_mut().zip(minima).zip(maxima) {
             // A range is only counted where it is known: the smallest value below white, the largest above black. No branch: vectors.
             let is_clipped = (*low >= UNCLIPPED.end) | (*high < UNCLIPPED.start);
-            *to = (high - low).min(MOST) | (NO_VOTE * u8::from(is_clipped));
+            *to = high.wrapping_sub(*low).min(MOST) | (NO_VOTE * u8::from(is_clipped));
         }
     }
 

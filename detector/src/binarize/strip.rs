@@ -1,6 +1,6 @@
 //! Some rows of tiles, which one thread works on.
 
-use super::cuts::{Columns, fill_row, spread};
+use super::cuts::{Columns, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, spread};
 use super::noise::{self, Ranges};
 use super::raster::Raster;
 use crate::simd::{self, Kernel, Level};
@@ -28,8 +28,9 @@ pub(super) struct Scratch {
     /// Extremes of some rows of tiles in turn, and behind them those that were measured: few enough to stay in the nearest caches.
     minima: Vec<u8>,
     maxima: Vec<u8>,
-    /// Tiles a row.
+    /// Tiles a row, and places for them: whole [`LANES`].
     tiles: usize,
+    room: usize,
     slots: Slots,
     columns: Columns,
     cut_of_tile: Vec<u8>,
@@ -41,13 +42,19 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Makes room for strips of so many rows of tiles.
     pub(super) fn resize(&mut self, tile: usize, width: usize, length: usize) {
-        self.tiles = width.div_ceil(tile);
+        let tiles = width.div_ceil(tile);
+        if self.tiles != tiles {
+            // What is a tile's place now may have been behind the last one.
+            (self.tiles, self.room) = (tiles, tiles.next_multiple_of(LANES));
+            self.minima.clear();
+            self.maxima.clear();
+        }
         let kept = TURNS + length / noise::ROW_STEP + 2;
-        self.minima.resize(self.tiles * kept, 0);
-        self.maxima.resize(self.tiles * kept, 0);
+        self.minima.resize(self.room * kept, NO_MINIMUM);
+        self.maxima.resize(self.room * kept, NO_MAXIMUM);
         self.slots.resize(tile, width);
-        self.columns.resize(self.tiles);
-        self.cut_of_tile.resize(self.tiles, 0);
+        self.columns.resize(tiles);
+        self.cut_of_tile.resize(self.room, 0);
         self.cut_of_pixel.resize(width, 0);
         self.unwanted.resize(width / 64 + 1, 0);
     }
@@ -99,12 +106,13 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         } else {
             tile_row % TURNS
         };
-        row * scratch.tiles..(row + 1) * scratch.tiles
+        row * scratch.room..(row + 1) * scratch.room
     }
 
     #[inline(always)]
     fn find_extremes(&self, tile_row: usize, scratch: &mut Scratch) {
-        let places = self.places(tile_row, scratch);
+        let first = self.places(tile_row, scratch).start;
+        let places = first..first + scratch.tiles;
         let Scratch { minima, maxima, slots, .. } = scratch;
         let mut rows: [&[u8]; TILE] = [&[]; TILE];
         for (i, row) in rows.iter_mut().enumerate() {
@@ -203,6 +211,7 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
             return;
         }
         blank.fill(is_blank);
+        let cut_of_tile = &cut_of_tile[..*tiles];
         cuts[(tile_row - strip.first) * *tiles..][..*tiles].copy_from_slice(cut_of_tile);
         if is_blank {
             return self.clear(tile_row);

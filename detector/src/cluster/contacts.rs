@@ -1,6 +1,6 @@
 //! Where the runs of two rows touch, found 64 columns at a time in the bit planes.
 
-use super::runs::Columns;
+use super::runs::{Columns, Filled};
 use crate::simd::Level;
 
 /// What is done where two runs touch.
@@ -16,38 +16,53 @@ pub(super) struct Contacts {
     columns: Columns,
 }
 
+/// A row and the words of it in which its runs are.
+pub(super) struct Row<'a> {
+    pub(super) bits: &'a [u64],
+    pub(super) filled: Filled,
+}
+
 /// Calls `join` for every two runs of two rows that touch.
 #[inline(always)]
 pub(super) fn join_rows<const EIGHT: bool, J: Join>(
     level: Level,
-    above: &[u64],
-    below: &[u64],
+    above: &Row,
+    below: &Row,
     contacts: &mut Contacts,
     join: &mut J,
 ) {
+    let both = above.filled.start.max(below.filled.start)..above.filled.end.min(below.filled.end);
+    // Runs that touch at a corner may lie in two words.
+    let first = both.start.saturating_sub(usize::from(EIGHT));
+    if first >= both.end {
+        return;
+    }
+    let (above, below) = (above.bits, below.bits);
     let mut columns = std::mem::take(&mut contacts.columns);
     contacts.bits.resize(above.len(), 0);
     let mut carry = 0;
-    for ((a, b), contact) in above.iter().zip(below).zip(&mut contacts.bits) {
+    let words = first..both.end;
+    let rows = above[words.clone()].iter().zip(&below[words.clone()]);
+    for ((a, b), contact) in rows.zip(&mut contacts.bits[words.clone()]) {
         let overlap = a & b;
         *contact = overlap & !(overlap << 1 | carry);
         carry = overlap >> 63;
     }
     columns.clear();
-    columns.push(level, &contacts.bits);
+    columns.push(level, &contacts.bits[words.clone()], first);
     for column in columns.all() {
         join.join(usize::from(*column), usize::from(*column));
     }
     contacts.columns = columns;
     if EIGHT {
-        join_diagonals(above, below, join);
+        join_diagonals(above, below, words, join);
     }
 }
 
 /// Joins runs that touch at a corner only.
 #[inline(always)]
-fn join_diagonals<J: Join>(above: &[u64], below: &[u64], join: &mut J) {
-    for i in 0..above.len() {
+fn join_diagonals<J: Join>(above: &[u64], below: &[u64], words: Filled, join: &mut J) {
+    for i in words {
         let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
         let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
         // The upper run ends at a column and the lower one starts at the next.

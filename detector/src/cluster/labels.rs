@@ -1,8 +1,8 @@
 //! Which runs belong together: one pass over the rows with union by smaller label.
 
 use super::band::Rows;
-use super::contacts::{Contacts, Join, join_rows};
-use super::runs::{Ranks, Runs};
+use super::contacts::{Contacts, Join, Row, join_rows};
+use super::runs::{Ranks, Runs, filled};
 use crate::simd::Level;
 
 /// How pixels of a plane connect.
@@ -175,26 +175,24 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
     labels.clear();
     let mut ranks = std::mem::take(&mut labels.ranks);
     let mut contacts = std::mem::take(&mut labels.contacts);
-    let mut above: &[u64] = &[];
+    let mut above = Row { bits: &[], filled: 0..0 };
     for (row, (bits, is_blank)) in rows.bits.chunks_exact(rows.words).zip(rows.blank).enumerate() {
-        if *is_blank {
+        let below = Row { bits, filled: if *is_blank { 0..0 } else { filled(bits) } };
+        if below.filled.is_empty() {
             runs.end_row();
             continue;
         }
         ranks.swap(0, 1);
         let [current, previous] = &mut ranks;
-        runs.push_row(level, bits, current);
-        if runs.of_row(row).is_empty() {
-            continue;
-        }
+        runs.push_row(level, bits, &below.filled, current);
         labels.of_run.resize(runs.spans().len(), NO_LABEL);
         if row > 0 && !runs.of_row(row - 1).is_empty() {
             let Labels { of_run, labels, .. } = &mut *labels;
             let mut within = WithinBand { upper: previous, lower: current, of_run, labels };
-            join_rows::<EIGHT, _>(level, above, bits, &mut contacts, &mut within);
+            join_rows::<EIGHT, _>(level, &above, &below, &mut contacts, &mut within);
         }
         labels.finish_row(runs, row, (rows.first + row) as u16);
-        above = bits;
+        above = below;
     }
     labels.ranks = ranks;
     labels.contacts = contacts;

@@ -2,6 +2,25 @@
 
 use crate::simd::{self, Level};
 
+/// The words of a row in which its runs start and end.
+pub(super) type Filled = std::ops::Range<usize>;
+
+/// Where the runs of a row are: nowhere in most rows of a plain wall, in a few words of those with a tag.
+#[inline(always)]
+pub(super) fn filled(bits: &[u64]) -> Filled {
+    let is_filled = |word: &u64| *word != 0;
+    let Some(first) = bits.iter().position(is_filled) else { return 0..0 };
+    if bits.len() <= SHORT {
+        return 0..bits.len();
+    }
+    let behind = bits.iter().rposition(is_filled).map_or(first, |last| last + 1);
+    // A run may reach to the last bit of its word; in a row's last word it does not.
+    first..(behind + 1).min(bits.len())
+}
+
+/// Rows of so few words are taken as a whole, which is quicker than to look for their ends.
+const SHORT: usize = 4;
+
 /// All runs of a plane, row after row.
 #[derive(Default)]
 pub(super) struct Runs {
@@ -41,14 +60,11 @@ impl Runs {
         self.first_of_row.push(self.spans().len() as u32);
     }
 
-    /// Appends the runs of a row and fills `ranks`, the row's index, unless there are none.
+    /// Appends the runs of a row, whose edges lie in the words `filled`, and fills `ranks`, the row's index.
     #[inline(always)]
-    pub(super) fn push_row(&mut self, level: Level, bits: &[u64], ranks: &mut Ranks) {
-        // Most rows of a plain wall.
-        if bits.iter().any(|word| *word != 0) {
-            ranks.fill(bits, self.spans().len() as u32);
-            self.edges.push(level, &ranks.edges);
-        }
+    pub(super) fn push_row(&mut self, level: Level, bits: &[u64], filled: &Filled, ranks: &mut Ranks) {
+        ranks.fill(bits, filled, self.spans().len() as u32);
+        self.edges.push(level, &ranks.edges[filled.clone()], filled.start);
         self.end_row();
     }
 }
@@ -72,34 +88,35 @@ impl Columns {
         &self.room[..self.count]
     }
 
-    /// Appends the columns of the set bits of a row's words.
+    /// Appends the columns of the set bits of some words of a row, from the word `first` on.
     #[inline(always)]
-    pub(super) fn push(&mut self, level: Level, words: &[u64]) {
+    pub(super) fn push(&mut self, level: Level, words: &[u64], first: usize) {
         let wanted = self.count + words.len() * 64 + simd::COLUMNS_SLACK;
         if self.room.len() < wanted {
             self.room.resize(wanted.next_power_of_two(), 0);
         }
-        self.count += simd::columns(level, words, &mut self.room[self.count..]);
+        self.count += simd::columns(level, words, (first * 64) as u16, &mut self.room[self.count..]);
     }
 }
 
 /// Finds the run that a column of a row lies in, by counting the bits where runs start or end.
 #[derive(Default)]
 pub(super) struct Ranks {
-    /// Set where a run starts and where one has ended.
+    /// Set where a run starts and where one has ended. Only the words in which the row's runs are; others are stale.
     edges: Vec<u64>,
     /// How many starts and ends there are before each word.
     before: Vec<u32>,
 }
 
 impl Ranks {
-    /// Takes a row with so many runs before it.
+    /// Takes a row whose runs are in the words `filled`, with so many runs before it.
     #[inline(always)]
-    pub(super) fn fill(&mut self, bits: &[u64], runs_before: u32) {
+    pub(super) fn fill(&mut self, bits: &[u64], filled: &Filled, runs_before: u32) {
         self.edges.resize(bits.len(), 0);
         self.before.resize(bits.len(), 0);
         let (mut carry, mut before) = (0, 2 * runs_before);
-        for ((word, edges), count) in bits.iter().zip(&mut self.edges).zip(&mut self.before) {
+        let (edges, counts) = (&mut self.edges[filled.clone()], &mut self.before[filled.clone()]);
+        for ((word, edges), count) in bits[filled.clone()].iter().zip(edges).zip(counts) {
             *edges = word ^ (word << 1 | carry);
             carry = word >> 63;
             *count = before;
@@ -124,9 +141,12 @@ mod tests {
     fn runs_cross_words_and_are_found_again_by_column() {
         let (mut runs, mut ranks) = (Runs::default(), Ranks::default());
         runs.clear();
-        runs.push_row(Level::best(), &[0b0110 | 1 << 63, 0b11], &mut ranks);
-        assert_eq!(runs.spans(), [[1, 3], [63, 66]]);
+        let bits = [0, 0b0110 | 1 << 63, 0b11, 0, 0];
+        assert_eq!(filled(&bits), 1..4);
+        assert_eq!([filled(&bits[..4]), filled(&[0; 5])], [0..4, 0..0]);
+        runs.push_row(Level::best(), &bits, &filled(&bits), &mut ranks);
+        assert_eq!(runs.spans(), [[65, 67], [127, 130]]);
         assert_eq!(runs.of_row(0), 0..2);
-        assert_eq!([1, 2, 63, 64, 65].map(|column| ranks.run_at(column)), [0, 0, 1, 1, 1]);
+        assert_eq!([65, 66, 127, 128, 129].map(|column| ranks.run_at(column)), [0, 0, 1, 1, 1]);
     }
 }

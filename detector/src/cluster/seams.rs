@@ -6,10 +6,10 @@
 use super::Plane;
 use super::band::{Band, Cut};
 use super::components::{Component, Limits, Place, may_be_a_border, slot};
-use super::contacts::{Contacts, Join, join_rows};
+use super::contacts::{Contacts, Join, Row, join_rows};
 use super::labels::{Connectivity, Extent, Labels};
 use super::profiles::Profiles;
-use super::runs::Ranks;
+use super::runs::{Ranks, filled};
 use crate::simd::Level;
 
 /// What crosses seams, and buffers to find it.
@@ -89,21 +89,28 @@ impl Seams {
     }
 
     fn find_pairs(&mut self, level: Level, plane: &Plane, cut: Cut, bands: &[Band], upper: usize) {
-        let row = |y: usize| &plane.bits[y * plane.words..][..plane.words];
+        let row = |y: usize| {
+            let bits = &plane.bits[y * plane.words..][..plane.words];
+            Row { bits, filled: filled(bits) }
+        };
         let below = (upper + 1) * cut.rows;
         let last_row = bands[upper].runs.of_row(cut.rows - 1);
-        self.ranks[0].fill(row(below - 1), last_row.start as u32);
-        self.ranks[1].fill(row(below), 0);
+        let (above, below) = (row(below - 1), row(below));
+        self.ranks[0].fill(above.bits, &above.filled, last_row.start as u32);
+        self.ranks[1].fill(below.bits, &below.filled, 0);
         let mut across = AcrossSeam {
             upper,
             ranks: &self.ranks,
             labels: [&bands[upper].labels, &bands[upper + 1].labels],
             pairs: &mut self.pairs,
         };
-        let (above, below) = (row(below - 1), row(below));
         match plane.connectivity {
-            Connectivity::Four => join_rows::<false, _>(level, above, below, &mut self.contacts, &mut across),
-            Connectivity::Eight => join_rows::<true, _>(level, above, below, &mut self.contacts, &mut across),
+            Connectivity::Four => {
+                join_rows::<false, _>(level, &above, &below, &mut self.contacts, &mut across)
+            }
+            Connectivity::Eight => {
+                join_rows::<true, _>(level, &above, &below, &mut self.contacts, &mut across)
+            }
         }
     }
 

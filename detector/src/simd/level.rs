@@ -45,6 +45,7 @@ impl Level {
             }
             let avx512 = is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512vl")
                 && is_x86_feature_detected!("avx512vbmi2");
             if avx2 && avx512 {
                 levels.push(Level(Kind::Avx512));

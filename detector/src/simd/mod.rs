@@ -31,8 +31,8 @@ pub(crate) fn tile_extrema(level: Level, rows: [&[u8]; 4], minima: &mut [u8], ma
         // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
         Kind::Avx2 => unsafe { x86::tile_extrema_avx2(rows, minima, maxima) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
-        Kind::Avx512 => unsafe { x86::tile_extrema_avx512(rows, minima, maxima) },
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW and VL (Level::available).
+        Kind::Avx512 => return unsafe { x86::tile_extrema_avx512(rows, minima, maxima) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
         Kind::Neon => unsafe { neon::tile_extrema(rows, minima, maxima) },
@@ -52,8 +52,8 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
         // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
         Kind::Avx2 => unsafe { x86::threshold_row_avx2(row, cuts, dark, bright) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW (Level::available).
-        Kind::Avx512 => unsafe { x86::threshold_row_avx512(row, cuts, dark, bright) },
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 BW and VL (Level::available).
+        Kind::Avx512 => return unsafe { x86::threshold_row_avx512(row, cuts, dark, bright) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
         Kind::Neon => unsafe { neon::threshold_row(row, cuts, dark, bright) },
@@ -87,8 +87,8 @@ pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
         // SAFETY: a Level of this kind is only made where the processor has AVX2 (Level::available).
         (Kind::Avx2 | Kind::Avx512, 2) => unsafe { x86::every_second_avx2(row, out) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 (Level::available).
-        (Kind::Avx512, 3..) => unsafe { x86::every_avx512(row, step, out) },
+        // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 and VL (Level::available).
+        (Kind::Avx512, 3..) => return unsafe { x86::every_avx512(row, step, out) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
         (Kind::Neon, 2) => unsafe { neon::every_second(row, out) },
@@ -142,20 +142,20 @@ pub(crate) fn pair_minima(level: Level, rows: [&[u8]; 2], out: &mut [u8]) -> usi
 /// Entries that `columns` may write, without meaning, behind those that it returns.
 pub(crate) const COLUMNS_SLACK: usize = 64;
 
-/// The numbers of the set bits of a row's words, in order, and how many there are. `out` has room for a number for every bit and
-/// for [`COLUMNS_SLACK`] more.
-pub(crate) fn columns(level: Level, words: &[u64], out: &mut [u16]) -> usize {
+/// The numbers of the set bits of some words of a row, in order, and how many there are; `first` is the number of the first bit.
+/// `out` has room for a number for every bit and for [`COLUMNS_SLACK`] more.
+pub(crate) fn columns(level: Level, words: &[u64], first: u16, out: &mut [u16]) -> usize {
     match level.kind() {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 (Level::available).
-        Kind::Avx512 => unsafe { x86::columns_avx512(words, out) },
+        Kind::Avx512 => unsafe { x86::columns_avx512(words, first, out) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has BMI (Level::available).
-        Kind::Avx2 => unsafe { x86::columns_avx2(words, out) },
+        Kind::Avx2 => unsafe { x86::columns_avx2(words, first, out) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
-        Kind::Neon => unsafe { neon::columns(words, out) },
-        _ => scalar::columns(words, out),
+        Kind::Neon => unsafe { neon::columns(words, first, out) },
+        _ => scalar::columns(words, first, out),
     }
 }
 
@@ -307,14 +307,16 @@ mod tests {
     fn every_level_lists_the_set_bits_in_order() {
         let mut random = Random(19);
         for words in 1..=20 {
+            let first = words as u16 % 3 * 64;
             for density in [0, 20, 128, 250, 255] {
                 let mut bit = || u64::from(random.byte() <= density && density > 0);
                 let row: Vec<u64> = (0..words).map(|_| (0..64).map(|i| bit() << i).sum()).collect();
                 let is_set = |column: &u16| row[usize::from(column / 64)] >> (column % 64) & 1 == 1;
-                let expected: Vec<u16> = (0..words * 64).filter(is_set).collect();
+                let expected: Vec<u16> =
+                    (0..words * 64).filter(is_set).map(|column| first + column).collect();
                 for level in Level::available() {
                     let mut out = vec![9; row.len() * 64 + COLUMNS_SLACK];
-                    let count = columns(level, &row, &mut out);
+                    let count = columns(level, &row, first, &mut out);
                     assert_eq!(out[..count], expected, "{level}, {words} words");
                 }
             }

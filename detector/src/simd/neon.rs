@@ -179,9 +179,9 @@ pub(super) fn pair_minima(rows: [&[u8]; 2], out: &mut [u8]) -> usize {
 const COLUMNS: usize = 8;
 
 #[target_feature(enable = "neon")]
-pub(super) fn columns(words: &[u64], out: &mut [u16]) -> usize {
+pub(super) fn columns(words: &[u64], first: u16, out: &mut [u16]) -> usize {
     let mut count = 0;
-    for (base, word) in (0..).step_by(64).zip(words) {
+    for (base, word) in (first..).step_by(64).zip(words) {
         if *word == 0 {
             continue;
         }

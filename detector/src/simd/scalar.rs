@@ -67,9 +67,9 @@ pub(super) fn three_to_two(full: &[u8], half: &[u8], out: &mut [u8]) {
 const BLOCK: usize = 8;
 
 #[inline(always)]
-pub(super) fn columns(words: &[u64], out: &mut [u16]) -> usize {
+pub(super) fn columns(words: &[u64], first: u16, out: &mut [u16]) -> usize {
     let mut count = 0;
-    for (base, word) in (0..).step_by(64).zip(words) {
+    for (base, word) in (first..).step_by(64).zip(words) {
         let mut bits = *word;
         if bits == 0 {
             continue;

@@ -40,6 +40,19 @@ fn load_512(bytes: &[u8], at: usize) -> __m512i {
     unsafe { _mm512_loadu_si512(chunk.as_ptr().cast()) }
 }
 
+/// The bytes from `at` to the end of a row, at most 64 of them, and `others` behind these.
+#[target_feature(enable = "avx512f,avx512bw")]
+fn load_rest_512(bytes: &[u8], at: usize, others: __m512i) -> __m512i {
+    let rest = &bytes[at..];
+    // SAFETY: no more bytes are read than `rest` has, since those that the mask leaves out are not; any alignment will do.
+    unsafe { _mm512_mask_loadu_epi8(others, first_bits(rest.len()), rest.as_ptr().cast()) }
+}
+
+/// A mask of the first `count` of 64 bytes, or of all.
+fn first_bits(count: usize) -> u64 {
+    if count < 64 { (1 << count) - 1 } else { u64::MAX }
+}
+
 /// The lowest byte of each 32-bit lane of `v`, in order.
 #[target_feature(enable = "avx2")]
 fn low_bytes_256(v: __m256i) -> [u8; 8] {
@@ -70,24 +83,43 @@ pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mu
     blocks.end
 }
 
-/// Pixels done.
-#[target_feature(enable = "avx512f,avx512bw")]
-pub(super) fn tile_extrema_avx512(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let mut blocks = Blocks::<64>::of(rows[0].len(), TILE);
-    while let Some(at) = blocks.next() {
+/// All pixels.
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+pub(super) fn tile_extrema_avx512(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) {
+    let (mut at, pixels) = (0, rows[0].len());
+    while at + 64 <= pixels {
         // Not by `map`: its closure would be compiled without these instructions.
         let (a, b) = (load_512(rows[0], at), load_512(rows[1], at));
         let (c, d) = (load_512(rows[2], at), load_512(rows[3], at));
-        let mut low = _mm512_min_epu8(_mm512_min_epu8(a, b), _mm512_min_epu8(c, d));
-        let mut high = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
-        low = _mm512_min_epu8(low, _mm512_srli_epi32::<8>(low));
-        low = _mm512_min_epu8(low, _mm512_srli_epi32::<16>(low));
-        high = _mm512_max_epu8(high, _mm512_srli_epi32::<8>(high));
-        high = _mm512_max_epu8(high, _mm512_srli_epi32::<16>(high));
-        store_128(_mm512_cvtepi32_epi8(low), &mut minima[at / 4..]);
-        store_128(_mm512_cvtepi32_epi8(high), &mut maxima[at / 4..]);
+        let low = _mm512_min_epu8(_mm512_min_epu8(a, b), _mm512_min_epu8(c, d));
+        let high = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
+        store_128(least_of_four(low), &mut minima[at / TILE..]);
+        store_128(most_of_four(high), &mut maxima[at / TILE..]);
+        at += 64;
     }
-    blocks.end
+    if at < pixels {
+        let (mut low, mut high) = (_mm512_set1_epi8(-1), _mm512_setzero_si512());
+        for row in rows {
+            low = _mm512_min_epu8(low, load_rest_512(row, at, low));
+            high = _mm512_max_epu8(high, load_rest_512(row, at, high));
+        }
+        store_rest_128(least_of_four(low), &mut minima[at / TILE..]);
+        store_rest_128(most_of_four(high), &mut maxima[at / TILE..]);
+    }
+}
+
+/// The least of each four bytes.
+#[target_feature(enable = "avx512f,avx512bw")]
+fn least_of_four(v: __m512i) -> __m128i {
+    let pairs = _mm512_min_epu8(v, _mm512_srli_epi32::<8>(v));
+    _mm512_cvtepi32_epi8(_mm512_min_epu8(pairs, _mm512_srli_epi32::<16>(pairs)))
+}
+
+/// The largest of each four bytes.
+#[target_feature(enable = "avx512f,avx512bw")]
+fn most_of_four(v: __m512i) -> __m128i {
+    let pairs = _mm512_max_epu8(v, _mm512_srli_epi32::<8>(v));
+    _mm512_cvtepi32_epi8(_mm512_max_epu8(pairs, _mm512_srli_epi32::<16>(pairs)))
 }
 
 #[target_feature(enable = "avx2")]
@@ -95,6 +127,13 @@ fn store_128(v: __m128i, to: &mut [u8]) {
     let to = &mut to[..16];
     // SAFETY: `to` has just been checked to hold the 16 bytes that are written; the store takes any alignment.
     unsafe { _mm_storeu_si128(to.as_mut_ptr().cast(), v) }
+}
+
+/// As many of the 16 bytes as `to` has room for.
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn store_rest_128(v: __m128i, to: &mut [u8]) {
+    // SAFETY: no more bytes are written than `to` has, since those that the mask leaves out are not; any alignment will do.
+    unsafe { _mm_mask_storeu_epi8(to.as_mut_ptr().cast(), first_bits(to.len()) as u16, v) }
 }
 
 /// Pixels done.
@@ -120,19 +159,21 @@ pub(super) fn threshold_row_avx2(row: &[u8], cuts: &[u8], dark: &mut [u64], brig
     blocks.end
 }
 
-/// Pixels done.
+/// All pixels.
 #[target_feature(enable = "avx512f,avx512bw")]
-pub(super) fn threshold_row_avx512(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) -> usize {
-    let mut blocks = Blocks::<64>::of(row.len(), 1);
-    while let Some(at) = blocks.next() {
-        let pixels = load_512(row, at);
-        let cut = load_512(cuts, at);
+pub(super) fn threshold_row_avx512(row: &[u8], cuts: &[u8], dark: &mut [u64], bright: &mut [u64]) {
+    let none = _mm512_setzero_si512();
+    for (i, (dark, bright)) in dark.iter_mut().zip(bright).enumerate() {
+        // Behind the row's end cuts are 0: neither dark nor bright.
+        let (pixels, cut) = if i * 64 + 64 <= row.len() {
+            (load_512(row, i * 64), load_512(cuts, i * 64))
+        } else {
+            (load_rest_512(row, i * 64, none), load_rest_512(&cuts[..row.len()], i * 64, none))
+        };
         let below = _mm512_cmplt_epu8_mask(pixels, cut);
-        let (word, known) = word_of(at);
-        dark[word] = below >> known;
-        bright[word] = (!below & _mm512_test_epi8_mask(cut, cut)) >> known;
+        *dark = below;
+        *bright = !below & _mm512_test_epi8_mask(cut, cut);
     }
-    blocks.end
 }
 
 #[target_feature(enable = "avx2")]
@@ -155,9 +196,9 @@ pub(super) fn every_second_avx2(row: &[u8], out: &mut [u8]) -> usize {
     blocks * 32
 }
 
-/// Values done. Steps of 3 and more take at most 22 of a vector's 64 bytes; what is stored behind them is overwritten.
-#[target_feature(enable = "avx512f,avx512bw,avx512vbmi2")]
-pub(super) fn every_avx512(row: &[u8], step: usize, out: &mut [u8]) -> usize {
+/// All values. Steps of 3 and more take at most 22 of a vector's 64 bytes; what is stored behind them is overwritten.
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512vbmi2")]
+pub(super) fn every_avx512(row: &[u8], step: usize, out: &mut [u8]) {
     let values = 64usize.div_ceil(step);
     let wanted: u64 = (0..values).map(|i| 1 << (i * step)).sum();
     let mut done = 0;
@@ -166,7 +207,19 @@ pub(super) fn every_avx512(row: &[u8], step: usize, out: &mut [u8]) -> usize {
         store_256(_mm512_castsi512_si256(packed), &mut out[done..]);
         done += values;
     }
-    done
+    while done < out.len() {
+        let bytes = load_rest_512(row, done * step, _mm512_setzero_si512());
+        let packed = _mm512_maskz_compress_epi8(wanted, bytes);
+        store_rest_256(_mm512_castsi512_si256(packed), &mut out[done..]);
+        done += values;
+    }
+}
+
+/// As many of the 32 bytes as `to` has room for.
+#[target_feature(enable = "avx512f,avx512bw,avx512vl")]
+fn store_rest_256(v: __m256i, to: &mut [u8]) {
+    // SAFETY: no more bytes are written than `to` has, since those that the mask leaves out are not; any alignment will do.
+    unsafe { _mm256_mask_storeu_epi8(to.as_mut_ptr().cast(), first_bits(to.len()) as u32, v) }
 }
 
 /// The bytes of two vectors of 16-bit values below 256, in order.
@@ -241,8 +294,8 @@ pub(super) fn three_to_two_avx2(full: &[u8], half: &[u8], out: &mut [u8]) -> usi
 }
 
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub(super) fn columns_avx2(words: &[u64], out: &mut [u16]) -> usize {
-    super::scalar::columns(words, out)
+pub(super) fn columns_avx2(words: &[u64], first: u16, out: &mut [u16]) -> usize {
+    super::scalar::columns(words, first, out)
 }
 
 #[target_feature(enable = "avx512f,avx512bw")]
@@ -254,13 +307,13 @@ fn store_512(v: __m512i, to: &mut [u16]) {
 
 /// The numbers of 64 bytes, with those taken out whose bit is clear.
 #[target_feature(enable = "avx512f,avx512bw,avx512vbmi2,popcnt")]
-pub(super) fn columns_avx512(words: &[u64], out: &mut [u16]) -> usize {
+pub(super) fn columns_avx512(words: &[u64], first: u16, out: &mut [u16]) -> usize {
     let numbers: [u8; 64] = std::array::from_fn(|i| i as u8);
     let numbers = load_512(&numbers, 0);
     let mut count = 0;
-    for (i, word) in words.iter().enumerate() {
+    for (base, word) in (first..).step_by(64).zip(words) {
         let set = _mm512_maskz_compress_epi8(*word, numbers);
-        let base = _mm512_set1_epi16((i * 64) as i16);
+        let base = _mm512_set1_epi16(base as i16);
         let low = _mm512_cvtepu8_epi16(_mm512_castsi512_si256(set));
         store_512(_mm512_add_epi16(low, base), &mut out[count..]);
         let bits = word.count_ones() as usize;
