@@ -80,6 +80,10 @@ pub(crate) fn touch(bytes: &[u8]) {
     }
 }
 
+/// Steps from which on a vector of 64 bytes holds two values or one, which are quicker read one by one.
+#[cfg(target_arch = "x86_64")]
+const FEW_IN_A_VECTOR: usize = 32;
+
 /// Every `step`-th byte of `row`, from the first; `out` takes them all.
 pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
     let done = match (level.kind(), step) {
@@ -88,7 +92,7 @@ pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
         (Kind::Avx2 | Kind::Avx512, 2) => unsafe { x86::every_second_avx2(row, out) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: a Level of this kind is only made where the processor has AVX-512 VBMI2 and VL (Level::available).
-        (Kind::Avx512, 3..) => return unsafe { x86::every_avx512(row, step, out) },
+        (Kind::Avx512, 3..FEW_IN_A_VECTOR) => return unsafe { x86::every_avx512(row, step, out) },
         #[cfg(target_arch = "aarch64")]
         // SAFETY: NEON belongs to the baseline of this architecture.
         (Kind::Neon, 2) => unsafe { neon::every_second(row, out) },
