@@ -109,6 +109,7 @@ def main():
             answer({})
         else:
             _, detect, listed = configurations[request["detect"]]
+            time.process_time_ns()  # Brings near what the kernel needs for it, which would be counted otherwise.
             before = time.process_time_ns()
             found = detect(picture)
             cpu_us = (time.process_time_ns() - before) * 1e-3

@@ -7,7 +7,7 @@ use tagbus_detector::{Decimation, Detector, Level, LumaView, Phase, Refinement, 
 use tagbus_family::Family;
 
 use super::frames::{self, FAMILIES};
-use crate::clock::{cpu_us, now_us};
+use crate::clock::{cpu_us, now_us, start_us};
 use crate::peers::{self, Peer};
 use crate::sweep::bar;
 
@@ -131,7 +131,7 @@ fn measure(
 
 fn timed(detector: &mut Detector, view: &LumaView) -> PhaseTimes {
     let mut times = [0.0; 4];
-    let mut before = now_us();
+    let mut before = start_us();
     detector.detect_observed(view, |phase| {
         let now = now_us();
         if let Some(place) = PHASES.iter().position(|(known, _)| *known == phase) {

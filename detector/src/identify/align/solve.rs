@@ -107,8 +107,10 @@ impl NormalEquations {
 
     /// The Gauss-Newton step.
     pub(super) fn solve(&self, parameters: &Parameters, rms: f32) -> Option<[f64; PARAMETERS]> {
-        let mut left =
-            SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|i, j| total(&self.products[i.min(j)][i.max(j)]));
+        // A symmetric matrix, of which only the lower half is looked at.
+        let mut left = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|i, j| {
+            if j <= i { total(&self.products[j][i]) } else { 0.0 }
+        });
         let mut right = SVector::<f64, PARAMETERS>::from_fn(|i, _| total(&self.products[i][PARAMETERS]));
         for i in 0..PARAMETERS {
             left[(i, i)] = left[(i, i)] * (1.0 + DAMPING) + 1e-9;
