@@ -151,7 +151,9 @@ impl Planes {
         if self.scratches.len() < strips {
             self.scratches.resize_with(strips, Scratch::default);
         }
-        self.scratches[..strips].iter_mut().for_each(|scratch| scratch.resize(TILE, width, length));
+        let fetched =
+            Strip::<R, TILE>::new(request.level, request.raster, 0, length, request.measures).fetched();
+        self.scratches[..strips].iter_mut().for_each(|scratch| scratch.resize(TILE, width, length, fetched));
         let shape = Shape { tile: TILE, width, height, colours: request.colours };
         if self.shape.replace(shape) != Some(shape) {
             self.blank.clear();
@@ -191,7 +193,7 @@ impl Planes {
 mod tests {
     use super::super::raster::Sampled;
     use super::*;
-    use crate::view::LumaView;
+    use crate::view::{Geometry, LumaView};
 
     /// A flat frame with some bright and some dark bars, at other places in each.
     fn frame(width: usize, height: usize, state: &mut u64) -> Vec<u8> {
@@ -209,30 +211,40 @@ mod tests {
         pixels
     }
 
-    fn fill_from(pixels: &[u8], size: [usize; 2], colours: Colours, scale: Scale, planes: &mut Planes) {
-        let view = LumaView::grey(pixels, size[0], size[1]).unwrap();
-        binarize(
-            Level::best(),
-            &mut Threads::start(1).unwrap(),
-            Sampled::new(&view, 1),
-            colours,
-            scale,
-            planes,
-        );
+    fn fill_from(raster: Sampled, colours: Colours, scale: Scale, planes: &mut Planes) {
+        binarize(Level::best(), &mut Threads::start(1).unwrap(), raster, colours, scale, planes);
+    }
+
+    /// The frame itself, or every second pixel of every second row of a frame of which it is these.
+    fn spread_out(pixels: &[u8], size: [usize; 2], factor: usize, larger: &mut Vec<u8>) -> Geometry {
+        let [width, height] = size.map(|side| (side - 1) * factor + 1);
+        larger.clear();
+        larger.resize(width * height, 255);
+        for (i, pixel) in pixels.iter().enumerate() {
+            larger[i / size[0] * factor * width + i % size[0] * factor] = *pixel;
+        }
+        Geometry { offset: 0, width, height, row_stride: width, pixel_step: 1 }
     }
 
     #[test]
-    fn planes_that_were_filled_with_other_frames_are_those_of_new_ones() {
-        let (mut used, mut state, mut blank) = (Planes::default(), 5, [0; 2]);
+    fn planes_that_were_filled_with_other_frames_are_those_of_new_ones_and_of_decimated_frames() {
+        let (mut used, mut state, mut blank, mut bytes) = (Planes::default(), 5, [0; 2], Vec::new());
         for round in 0..400 {
             let size = [[70, 40], [70, 40], [64, 40], [70, 45]][round / 7 % 4];
             let colours = [[true, false], [true, true], [false, true]][round / 11 % 3];
             let colours = Colours { dark: colours[0], bright: colours[1] };
             let scale = [Scale::Four(Contrast::Measured), Scale::Two(Contrast::Least(9))][round / 5 % 2];
-            let pixels = frame(size[0], size[1], &mut state);
+            let (pixels, factor) = (frame(size[0], size[1], &mut state), 1 + round / 13 % 2);
             let mut new = Planes::default();
-            fill_from(&pixels, size, colours, scale, &mut used);
-            fill_from(&pixels, size, colours, scale, &mut new);
+            let geometry = spread_out(&pixels, size, factor, &mut bytes);
+            fill_from(
+                Sampled::new(&LumaView::new(&bytes, geometry).unwrap(), factor),
+                colours,
+                scale,
+                &mut used,
+            );
+            let view = LumaView::grey(&pixels, size[0], size[1]).unwrap();
+            fill_from(Sampled::new(&view, 1), colours, scale, &mut new);
             assert!(!colours.dark || used.dark[..new.dark.len()] == new.dark, "round {round}");
             assert!(!colours.bright || used.bright[..new.bright.len()] == new.bright, "round {round}");
             assert_eq!((&used.blank, used.contrast_limit), (&new.blank, new.contrast_limit), "round {round}");

@@ -14,6 +14,10 @@ pub(crate) trait Raster: Copy + Send + Sync {
     fn height(&self) -> usize;
     /// One value.
     fn at(&self, x: usize, y: usize) -> u8;
+    /// Whether rows are contiguous only once they are fetched.
+    fn must_be_fetched(&self) -> bool {
+        true
+    }
     /// Makes row `y` contiguous in `slot`, which takes a row, unless it is so in the frame.
     fn fetch(&self, level: Level, y: usize, slot: &mut [u8]);
     /// A row that was fetched into `slot`: there, or where it lies in the frame.
@@ -69,6 +73,10 @@ impl Raster for Sampled<'_> {
     #[inline(always)]
     fn at(&self, x: usize, y: usize) -> u8 {
         self.bytes[y * self.row_stride + x * self.step]
+    }
+
+    fn must_be_fetched(&self) -> bool {
+        self.step != 1
     }
 
     #[inline(always)]

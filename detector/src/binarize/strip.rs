@@ -1,5 +1,7 @@
 //! Some rows of tiles, which one thread works on.
 
+use std::ops::Range;
+
 use super::cuts::{Columns, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, spread};
 use super::noise::{self, Ranges};
 use super::raster::Raster;
@@ -17,7 +19,12 @@ pub(super) struct Strip<R, const TILE: usize> {
     all: usize,
     /// Whether the rows of tiles that have a vote are measured, and their extremes kept, before thresholds are looked for.
     is_measured: bool,
+    /// Whether all rows are fetched for that, and kept.
+    keeps_rows: bool,
 }
+
+/// Pixels of a raster whose rows are all kept once they are fetched: as many as the nearest cache holds.
+const KEPT: usize = 32 * 1024;
 
 /// Rows of tiles whose extremes are kept in turn: more than a threshold looks at.
 const TURNS: usize = 4;
@@ -40,8 +47,8 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Makes room for strips of so many rows of tiles.
-    pub(super) fn resize(&mut self, tile: usize, width: usize, length: usize) {
+    /// Makes room for strips of so many rows of tiles, and for the pixels of `fetched` of these.
+    pub(super) fn resize(&mut self, tile: usize, width: usize, length: usize, fetched: usize) {
         let tiles = width.div_ceil(tile);
         if self.tiles != tiles {
             // What is a tile's place now may have been behind the last one.
@@ -52,7 +59,7 @@ impl Scratch {
         let kept = TURNS + length / noise::ROW_STEP + 2;
         self.minima.resize(self.room * kept, NO_MINIMUM);
         self.maxima.resize(self.room * kept, NO_MAXIMUM);
-        self.slots.resize(tile, width);
+        self.slots.resize(tile, width, fetched);
         self.columns.resize(tiles);
         self.cut_of_tile.resize(self.room, 0);
         self.cut_of_pixel.resize(width, 0);
@@ -64,7 +71,14 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
     /// `length` rows of tiles from the row `first` on, or as many as there are.
     pub(super) fn new(level: Level, raster: R, first: usize, length: usize, is_measured: bool) -> Self {
         let all = raster.height().div_ceil(TILE);
-        Self { level, raster, first, end: (first + length).min(all), all, is_measured }
+        let is_small = length >= all && raster.width() * raster.height() <= KEPT;
+        let keeps_rows = is_measured && is_small && raster.must_be_fetched();
+        Self { level, raster, first, end: (first + length).min(all), all, is_measured, keeps_rows }
+    }
+
+    /// Rows of tiles whose pixels are kept at the same time.
+    pub(super) fn fetched(&self) -> usize {
+        if self.keeps_rows { self.all } else { 2 }
     }
 
     /// The first row of tiles whose extremes are needed.
@@ -85,9 +99,10 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         }
     }
 
-    /// Brings the pixels of some rows of tiles near, as many as there are.
+    /// Brings the pixels of some rows of tiles near, as many as there are: in the order in which they lie in memory, those
+    /// without a vote too. The pass that follows finds them near.
     #[inline(always)]
-    fn touch(&self, tile_rows: std::ops::Range<usize>) {
+    fn touch(&self, tile_rows: Range<usize>) {
         let end = (tile_rows.end * TILE).min(self.raster.height());
         (tile_rows.start * TILE..end).for_each(|y| self.raster.touch(y));
     }
@@ -100,7 +115,7 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
 
     /// The places of a row of tiles among the extremes.
     #[inline(always)]
-    fn places(&self, tile_row: usize, scratch: &Scratch) -> std::ops::Range<usize> {
+    fn places(&self, tile_row: usize, scratch: &Scratch) -> Range<usize> {
         let row = if self.measures(tile_row) {
             TURNS + tile_row / noise::ROW_STEP - self.first / noise::ROW_STEP
         } else {
@@ -140,17 +155,23 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
     fn run(self) {
         let Self { strip, scratch } = self;
         scratch.ranges.clear(scratch.minima.len());
-        let mut touched = strip.first;
+        let mut near = strip.first;
+        if strip.keeps_rows {
+            near = strip.end;
+            strip.touch(strip.first..near);
+            (strip.first..near).for_each(|row| strip.fetch(row, &mut scratch.slots));
+        }
         for row in (strip.first..strip.end).filter(|row| strip.measures(*row)) {
-            // In the order in which they lie in memory, those without a vote too: the pass that follows finds them near.
-            strip.touch(touched..row + 1);
-            touched = row + 1;
-            strip.fetch(row, &mut scratch.slots);
+            if !strip.keeps_rows {
+                strip.touch(near..row + 1);
+                strip.fetch(row, &mut scratch.slots);
+                near = row + 1;
+            }
             strip.find_extremes(row, scratch);
             let places = strip.places(row, scratch);
             scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
         }
-        strip.touch(touched..strip.end);
+        strip.touch(near..strip.end);
     }
 }
 
@@ -179,7 +200,9 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
         let strip = self.strip;
         for row in strip.before()..=strip.end {
             if row < strip.all {
-                strip.fetch(row, &mut self.part.scratch.slots);
+                if !strip.keeps_rows {
+                    strip.fetch(row, &mut self.part.scratch.slots);
+                }
                 if !strip.measures(row) {
                     strip.find_extremes(row, self.part.scratch);
                 }
@@ -242,23 +265,25 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
     }
 }
 
-/// Rows of the raster that are contiguous nowhere else: those of two rows of tiles.
+/// Rows of the raster that are contiguous nowhere else: those of some rows of tiles in turn.
 #[derive(Default)]
 struct Slots {
     tile: usize,
     width: usize,
+    turns: usize,
     bytes: Vec<u8>,
 }
 
 impl Slots {
-    fn resize(&mut self, tile: usize, width: usize) {
-        (self.tile, self.width) = (tile, width);
-        self.bytes.resize(2 * tile * width, 0);
+    /// Makes room for `turns` rows of tiles.
+    fn resize(&mut self, tile: usize, width: usize, turns: usize) {
+        (self.tile, self.width, self.turns) = (tile, width, turns);
+        self.bytes.resize(turns * tile * width, 0);
     }
 
     #[inline(always)]
     fn start(&self, tile_row: usize, i: usize) -> usize {
-        (tile_row % 2 * self.tile + i) * self.width
+        (tile_row % self.turns * self.tile + i) * self.width
     }
 
     #[inline(always)]

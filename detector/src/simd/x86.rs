@@ -201,17 +201,17 @@ pub(super) fn every_second_avx2(row: &[u8], out: &mut [u8]) -> usize {
 pub(super) fn every_avx512(row: &[u8], step: usize, out: &mut [u8]) {
     let values = 64usize.div_ceil(step);
     let wanted: u64 = (0..values).map(|i| 1 << (i * step)).sum();
-    let mut done = 0;
-    while done * step + 64 <= row.len() && done + 32 <= out.len() {
-        let packed = _mm512_maskz_compress_epi8(wanted, load_512(row, done * step));
+    let (mut at, mut done) = (0, 0);
+    while at + 64 <= row.len() && done + 32 <= out.len() {
+        let packed = _mm512_maskz_compress_epi8(wanted, load_512(row, at));
         store_256(_mm512_castsi512_si256(packed), &mut out[done..]);
-        done += values;
+        (at, done) = (at + values * step, done + values);
     }
     while done < out.len() {
-        let bytes = load_rest_512(row, done * step, _mm512_setzero_si512());
+        let bytes = load_rest_512(row, at, _mm512_setzero_si512());
         let packed = _mm512_maskz_compress_epi8(wanted, bytes);
         store_rest_256(_mm512_castsi512_si256(packed), &mut out[done..]);
-        done += values;
+        (at, done) = (at + values * step, done + values);
     }
 }
 
