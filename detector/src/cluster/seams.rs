@@ -106,10 +106,10 @@ impl Seams {
         };
         match plane.connectivity {
             Connectivity::Four => {
-                join_rows::<false, _>(level, &above, &below, &mut self.contacts, &mut across)
+                join_rows::<false, _>(level, &above, &below, &mut self.contacts, &mut across);
             }
             Connectivity::Eight => {
-                join_rows::<true, _>(level, &above, &below, &mut self.contacts, &mut across)
+                join_rows::<true, _>(level, &above, &below, &mut self.contacts, &mut across);
             }
         }
     }

@@ -311,7 +311,7 @@ mod tests {
     fn every_level_lists_the_set_bits_in_order() {
         let mut random = Random(19);
         for words in 1..=20 {
-            let first = words as u16 % 3 * 64;
+            let first = words % 3 * 64;
             for density in [0, 20, 128, 250, 255] {
                 let mut bit = || u64::from(random.byte() <= density && density > 0);
                 let row: Vec<u64> = (0..words).map(|_| (0..64).map(|i| bit() << i).sum()).collect();
