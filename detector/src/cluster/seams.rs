@@ -81,11 +81,22 @@ impl Seams {
     /// Joins what touches across the seams of labelled bands, and decides which of it is kept.
     pub(super) fn join(&mut self, level: Level, plane: &Plane, cut: Cut, bands: &[Band], limits: &Limits) {
         self.pairs.clear();
+        if cut.bands == 1 {
+            return self.join_nothing(plane);
+        }
         for upper in 0..cut.bands - 1 {
             self.find_pairs(level, plane, cut, bands, upper);
         }
         self.unite(bands);
         self.decide(plane, cut, limits);
+    }
+
+    /// What there is to know where there is one band: its profiles begin where any band's may.
+    fn join_nothing(&mut self, plane: &Plane) {
+        self.crossing.clear();
+        self.pieces.clear();
+        self.offsets.clear();
+        self.offsets.push(Profiles::first_offset(plane.height));
     }
 
     fn find_pairs(&mut self, level: Level, plane: &Plane, cut: Cut, bands: &[Band], upper: usize) {

@@ -94,6 +94,9 @@ pub(crate) fn identify(
     detections: &mut Vec<Detection>,
 ) {
     detections.clear();
+    if quads.is_empty() {
+        return;
+    }
     let Identify { scratches, found } = identify;
     if threads.count() == 1 || quads.len() < least_to_deal(scene.settings.refinement) {
         let found = |_, detection| detections.push(detection);
