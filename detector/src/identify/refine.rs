@@ -6,7 +6,7 @@
 use super::homography::Homography;
 use super::reader::{Reader, SideCells};
 use super::sample::{Frame, LANES};
-use crate::simd::{self, Crossings};
+use crate::simd::{self, Crossings, Kernel};
 use tagbus_family::Border;
 
 /// The window across the edge: this share of a cell, at most this many pixels of the search grid, never less than the last.
@@ -83,8 +83,34 @@ impl Effort {
 }
 
 /// The corners moved to the edges. `None` when a side shows no clear edge or a corner moves too far.
-#[inline(always)]
 pub(crate) fn refine(
+    frame: &Frame,
+    reader: &Reader,
+    corners: &[[f64; 2]; 4],
+    effort: &Effort,
+) -> Option<[[f64; 2]; 4]> {
+    frame.level().run(Refine { frame, reader, corners, effort })
+}
+
+/// A function of its own at every level: code that is read from the caches once serves all efforts.
+struct Refine<'a> {
+    frame: &'a Frame<'a>,
+    reader: &'a Reader,
+    corners: &'a [[f64; 2]; 4],
+    effort: &'a Effort,
+}
+
+impl Kernel for Refine<'_> {
+    type Output = Option<[[f64; 2]; 4]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        move_to_edges(self.frame, self.reader, self.corners, self.effort)
+    }
+}
+
+#[inline(always)]
+fn move_to_edges(
     frame: &Frame,
     reader: &Reader,
     corners: &[[f64; 2]; 4],

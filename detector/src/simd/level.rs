@@ -102,6 +102,16 @@ impl Level {
             Kind::Neon => kernel.run(),
         }
     }
+
+    /// The same with this level's widest vectors: for arithmetic on long rows of numbers, where it was measured that they pay.
+    pub(crate) fn run_wide<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: levels of this kind are only made where the processor has these features (Level::available).
+            Kind::Avx512 => unsafe { super::x86::run_avx512(kernel) },
+            _ => self.run(kernel),
+        }
+    }
 }
 
 impl fmt::Display for Level {

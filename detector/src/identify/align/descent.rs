@@ -3,6 +3,7 @@
 use super::model::Parameters;
 use super::patch::Patch;
 use super::solve::NormalEquations;
+use crate::simd::{Kernel, Level};
 
 /// Most steps.
 const STEPS: usize = 4;
@@ -13,13 +14,36 @@ const SETTLED_PX: (f64, f64) = (0.05, 0.1);
 
 /// What pixels say about parameters.
 pub(super) trait Residuals {
-    /// The equations of a step; `rms` is the root mean square residual of the step before.
-    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32) -> NormalEquations;
+    /// Whether the widest vectors are of use to the arithmetic.
+    const ARE_WIDE: bool;
+
+    /// Adds up the equations of a step; `rms` is the root mean square residual of the step before.
+    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32, equations: &mut NormalEquations);
 
     /// Whether the pixels can still be compared with the model there; when not, steps end.
     #[inline(always)]
     fn hold(&self, _at: &Parameters) -> bool {
         true
+    }
+}
+
+/// A step's equations. A function of its own at every level for each kind of residuals: it is where the time goes, and code that
+/// is read from the caches once serves all steps.
+struct Equations<'a, R> {
+    residuals: &'a R,
+    at: &'a Fit,
+    rms: f32,
+    equations: &'a mut NormalEquations,
+}
+
+impl<R: Residuals> Kernel for Equations<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { residuals, at, rms, equations } = self;
+        equations.clear();
+        residuals.equations(&at.parameters, &at.patch, rms, equations);
     }
 }
 
@@ -35,13 +59,22 @@ pub(super) struct Fit {
 
 impl Fit {
     /// Where steps lead from here. `None` when the numbers run away.
-    #[inline(always)]
-    pub(super) fn descend(&self, residuals: &impl Residuals) -> Option<Fit> {
+    pub(super) fn descend<R: Residuals>(
+        &self,
+        level: Level,
+        residuals: &R,
+        equations: &mut NormalEquations,
+    ) -> Option<Fit> {
         let mut fit = *self;
         let mut rms = f32::MAX;
         for _ in 0..STEPS {
             let before = fit;
-            let equations = residuals.equations(&fit.parameters, &fit.patch, rms);
+            let step = Equations { residuals, at: &fit, rms, equations };
+            if R::ARE_WIDE {
+                level.run_wide(step);
+            } else {
+                level.run(step);
+            }
             rms = equations.rms()?;
             fit.parameters.step(&equations.solve(&before.parameters, rms)?);
             fit.corners = fit.patch.corners_of(&fit.parameters.to_homography()?, fit.width);

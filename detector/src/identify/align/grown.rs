@@ -13,6 +13,7 @@ use super::window::Blurred;
 /// The blurred step at each line between the cells of a window, along one axis. Line `k` lies between cells `k - 1` and `k`;
 /// there is none before the first cell. Where white has grown, lines from black to white lie earlier and lines from white to
 /// black later.
+#[repr(align(64))]
 pub(super) struct Steps<const WINDOW: usize> {
     /// The mean of both.
     mean: [Step; WINDOW],

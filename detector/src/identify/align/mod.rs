@@ -21,8 +21,7 @@
 //! ```
 //!
 //! Pixels lie side by side in blocks and every step of the arithmetic is a loop over a block, which the compiler makes
-//! vectors of; sums are taken in the same order at every level of instructions. An alignment takes 20 to 70
-//! microseconds in plain light, up to 260 where all steps are needed.
+//! vectors of; sums are taken in the same order at every level of instructions.
 //!
 //! What it gives on rendered tags: `bench/record/corners.md`.
 
@@ -42,6 +41,7 @@ use super::border::Border;
 use super::homography::Homography;
 use super::reader::Reader;
 use super::sample::Frame;
+use crate::simd::Kernel;
 use descent::{Fit, Residuals, farthest_move};
 use edges::Stretch;
 use model::{Model, Parameters};
@@ -49,7 +49,7 @@ use patch::Patch;
 use pattern::{MOST_CELLS, Pattern};
 use pixels::{Laid, Pixels, ZERO};
 use profiles::Profiles;
-use solve::{NormalEquations, PARAMETERS};
+use solve::{NormalEquations, PARAMETERS, Rows};
 
 /// Fewest pixels that can carry eighteen parameters.
 const LEAST_PIXELS: usize = 40;
@@ -67,6 +67,7 @@ pub(crate) struct Align {
     stretches: Vec<Stretch>,
     profiles: Profiles,
     pixels: Pixels,
+    equations: NormalEquations,
 }
 
 impl Align {
@@ -82,8 +83,19 @@ impl Align {
 
     /// The corners of a tag whose cells have the colours of `code` (as read, not turned upright), from refined ones.
     /// `None` when it has too few pixels or the fit goes astray.
-    #[inline(always)]
     pub(crate) fn align(
+        &mut self,
+        frame: &Frame,
+        reader: &Reader,
+        code: u64,
+        corners: &[[f64; 2]; 4],
+        border: &Border,
+    ) -> Option<[[f64; 2]; 4]> {
+        frame.level().run(Alignment { align: self, frame, reader, code, corners, border })
+    }
+
+    #[inline(always)]
+    fn lay_over(
         &mut self,
         frame: &Frame,
         reader: &Reader,
@@ -105,13 +117,13 @@ impl Align {
     /// By profiles where they show what they are taken for, else by windows.
     #[inline(always)]
     fn descend(&mut self, frame: &Frame, start: Fit, cells_a_pixel: f64) -> Option<Fit> {
-        let end = self.by_profiles(frame, &start, cells_a_pixel);
-        match end {
-            Some(end) if profiles::are_apart(&end.parameters, cells_a_pixel) => Some(end),
+        let from = match self.by_profiles(frame, &start, cells_a_pixel) {
+            Some(end) if profiles::are_apart(&end.parameters, cells_a_pixel) => return Some(end),
             // The blur that was found is of use all the same.
-            Some(end) if stayed(&start, &end) => self.by_windows(frame, &end, cells_a_pixel),
-            _ => self.by_windows(frame, &start, cells_a_pixel),
-        }
+            Some(end) if stayed(&start, &end) => end,
+            _ => start,
+        };
+        self.by_windows(frame, &from, cells_a_pixel)
     }
 
     /// By profiles across single edges; `None` when there are too few of them.
@@ -121,11 +133,11 @@ impl Align {
             return None;
         }
         self.profiles.choose(frame, &start.patch, &self.stretches, cells_a_pixel);
-        let Self { profiles, pattern, .. } = self;
+        let Self { profiles, pattern, equations, .. } = self;
         if profiles.count() < profiles::LEAST {
             return None;
         }
-        start.descend(&ByProfiles { pattern, profiles, cells_a_pixel })
+        start.descend(frame.level(), &ByProfiles { pattern, profiles, cells_a_pixel }, equations)
     }
 
     /// By windows of cells around each pixel; `None` when there are too few pixels.
@@ -141,13 +153,32 @@ impl Align {
 
     #[inline(always)]
     fn by_windows_of<const WINDOW: usize>(&mut self, frame: &Frame, start: &Fit) -> Option<Fit> {
-        let Self { pixels, pattern, stretches, .. } = self;
+        let Self { pixels, pattern, stretches, equations, .. } = self;
         let model = Model::new(pattern, &start.parameters, start.patch.scale);
         pixels.choose::<WINDOW>(frame, &Laid { pattern, patch: &start.patch, model: &model }, stretches);
         if pixels.count() < LEAST_PIXELS {
             return None;
         }
-        start.descend(&ByWindows::<WINDOW> { pattern, pixels })
+        start.descend(frame.level(), &ByWindows::<WINDOW> { pattern, pixels }, equations)
+    }
+}
+
+/// A function of its own at every level: code that is read from the caches once serves all who align.
+struct Alignment<'a> {
+    align: &'a mut Align,
+    frame: &'a Frame<'a>,
+    reader: &'a Reader,
+    code: u64,
+    corners: &'a [[f64; 2]; 4],
+    border: &'a Border,
+}
+
+impl Kernel for Alignment<'_> {
+    type Output = Option<[[f64; 2]; 4]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.align.lay_over(self.frame, self.reader, self.code, self.corners, self.border)
     }
 }
 
@@ -158,14 +189,15 @@ struct ByProfiles<'a> {
 }
 
 impl Residuals for ByProfiles<'_> {
+    // Of products of columns the compiler would gather vectors from places far apart: two and a half times the time.
+    const ARE_WIDE: bool = false;
+
     #[inline(always)]
-    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32) -> NormalEquations {
+    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32, equations: &mut NormalEquations) {
         let model = Model::new(self.pattern, at, patch.scale);
-        let mut equations = NormalEquations::default();
         for block in self.profiles.blocks() {
-            model.add_profiles(block, rms, &mut equations);
+            model.add_profiles(block, rms, equations);
         }
-        equations
     }
 
     #[inline(always)]
@@ -181,16 +213,16 @@ struct ByWindows<'a, const WINDOW: usize> {
 }
 
 impl<const WINDOW: usize> Residuals for ByWindows<'_, WINDOW> {
+    const ARE_WIDE: bool = true;
+
     #[inline(always)]
-    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32) -> NormalEquations {
+    fn equations(&self, at: &Parameters, patch: &Patch, rms: f32, equations: &mut NormalEquations) {
         let model = Model::new(self.pattern, at, patch.scale);
-        let mut rows = [ZERO; PARAMETERS + 1];
-        let mut equations = NormalEquations::default();
+        let mut rows = Rows([ZERO; PARAMETERS + 1]);
         for block in self.pixels.blocks() {
             model.rows::<WINDOW>(block, &mut rows);
             equations.add(&rows, &block.weight, rms);
         }
-        equations
     }
 }
 

@@ -23,9 +23,12 @@ const LONGEST_LOG_STEP: f32 = 0.5;
 const MOST_CURVE: f32 = 2.0;
 /// Up to here white's growth is as good as a derivative says, pixels.
 const LINEAR_BLOOM: f32 = 0.1;
-/// Changes of the blur's logarithm and of the bloom (pixels) that hardly matter to the corners.
-const SETTLED_LOG_SIGMA: f32 = 0.1;
-const SETTLED_BLOOM: f32 = 0.05;
+/// Changes of the blur's logarithm and of white's growth as it is seen (pixels) that hardly matter to the corners.
+const SETTLED_LOG_SIGMA: f32 = 0.25;
+const SETTLED_GROWTH: f32 = 0.05;
+/// The curve lifts the middle of an edge by a quarter of itself, which moves the edge by so many standard deviations of the blur: a
+/// quarter over the normal distribution's density there.
+const CURVE_AS_GROWTH: f32 = 0.627;
 
 /// Places of the parameters: map from patch to cells, offset plane, gain plane, blur along u and v, bloom, curve.
 pub(super) const MAP: usize = 0;
@@ -76,7 +79,15 @@ impl Parameters {
     /// Whether blur and bloom are so near to others that a step more would hardly move the corners.
     pub(super) fn look_like(&self, other: &Self) -> bool {
         let blur = |i: usize| (self.log_sigma[i] - other.log_sigma[i]).abs();
-        blur(0).max(blur(1)) < SETTLED_LOG_SIGMA && (self.bloom - other.bloom).abs() < SETTLED_BLOOM
+        let growth = self.seen_growth() - other.seen_growth();
+        blur(0).max(blur(1)) < SETTLED_LOG_SIGMA && growth.abs() < SETTLED_GROWTH
+    }
+
+    /// How far white seems to have grown at an edge with no other near, pixels. Bloom and curve look alike there, and steps may
+    /// trade one for the other long after the corners lie still.
+    fn seen_growth(&self) -> f32 {
+        let sigma = (0.5 * (self.log_sigma[0] + self.log_sigma[1])).exp();
+        self.bloom + CURVE_AS_GROWTH * sigma * self.curve
     }
 
     /// The map from cells to patch units.
@@ -119,6 +130,7 @@ pub(super) struct Model {
 }
 
 /// Where pixels lie in cells, and how fast that changes.
+#[repr(align(64))]
 pub(super) struct Places {
     pub(super) u: Coordinate,
     pub(super) v: Coordinate,
@@ -127,6 +139,7 @@ pub(super) struct Places {
 }
 
 /// One of a pixel's two coordinates among the cells, counted as the pattern does.
+#[repr(align(64))]
 pub(super) struct Coordinate {
     pub(super) place: Lanes,
     /// How fast it changes along x and along y of the patch, and in the direction in which it changes fastest.
@@ -206,7 +219,7 @@ impl Model {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "the compiler makes vectors of one index over many arrays")]
     fn derive(&self, block: &Block, p: &Places, t: &Blurred, rows: &mut Rows) {
-        let g = &self.grey;
+        let (g, Rows(rows)) = (&self.grey, rows);
         for l in 0..BLOCK {
             let (x, y, depth) = (block.x[l], block.y[l], p.depth[l]);
             let growth = (t.by_growth_u[l] * p.u.speed[l] + t.by_growth_v[l] * p.v.speed[l]) * self.per_unit;
@@ -307,7 +320,7 @@ mod tests {
     fn compare_derivatives(bloom: f32) {
         let (block, pattern, parameters, scale) = block_on_a_tag(bloom);
         let rows_of = |parameters: &Parameters| {
-            let mut rows = [ZERO; PARAMETERS + 1];
+            let mut rows = Rows([ZERO; PARAMETERS + 1]);
             Model::new(&pattern, parameters, scale).rows::<MOST_CELLS>(&block, &mut rows);
             rows
         };
@@ -318,15 +331,15 @@ mod tests {
                 step[place] = by;
                 let mut parameters = parameters;
                 parameters.step(&step);
-                rows_of(&parameters)[PARAMETERS]
+                rows_of(&parameters).0[PARAMETERS]
             };
             let (more, less) = (moved(STEP), moved(-STEP));
             // Where cells become larger the blur becomes less in cells; that is left out.
             let slack = if [0, 1, 3, 4, 6, 7].contains(&place) { 0.2 } else { 0.01 };
-            let largest = rows[place].iter().fold(0.0, |most: f64, d| most.max(f64::from(d.abs())));
+            let largest = rows.0[place].iter().fold(0.0, |most: f64, d| most.max(f64::from(d.abs())));
             for l in 0..BLOCK {
                 let change = f64::from(less[l] - more[l]) / (2.0 * STEP);
-                let derivative = f64::from(rows[place][l]);
+                let derivative = f64::from(rows.0[place][l]);
                 assert!(
                     (change - derivative).abs() < slack * largest,
                     "bloom {bloom}, parameter {place}, pixel {l}: {change}, not {derivative}"

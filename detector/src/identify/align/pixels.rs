@@ -8,13 +8,15 @@ use super::pattern::{MOST_CELLS, Pattern};
 
 /// Pixels of a block. All loops over a block have this length, which no vector length fails to divide.
 pub(super) const BLOCK: usize = 32;
-/// One number for each pixel of a block.
+/// One number for each pixel of a block. What holds many begins at a line of the caches: the longest vectors are as long as a line,
+/// and would else lie across two.
 pub(super) type Lanes = [f32; BLOCK];
 pub(super) const ZERO: Lanes = [0.0; BLOCK];
 
 /// A pixel this near to a cell of unknown colour is not modelled.
 const UNKNOWN_REACH: f64 = 1.5;
 /// Some pixels: places in units of the patch, grey values, and the cells around each.
+#[repr(align(64))]
 pub(super) struct Block {
     pub(super) x: Lanes,
     pub(super) y: Lanes,

@@ -36,6 +36,7 @@ const RESIDUAL: usize = 6;
 const COLUMNS: usize = 7;
 
 /// Some profiles side by side.
+#[repr(align(64))]
 pub(super) struct Block {
     /// 0 when their edges are places along u, 1 along v.
     axis: usize,
@@ -149,6 +150,7 @@ impl Profiles {
 }
 
 /// Where profiles lie: at their middles and at each pixel.
+#[repr(align(64))]
 struct Across {
     /// The middle, in units of the patch.
     middle: [Lanes; 2],
@@ -327,6 +329,7 @@ mod tests {
     use super::super::super::reader::Reader;
     use super::super::pattern::Pattern;
     use super::super::pixels::{Laid, Pixels};
+    use super::super::solve::Rows;
     use super::*;
     use crate::simd::Level;
     use crate::view::LumaView;
@@ -360,7 +363,7 @@ mod tests {
             let inner: Vec<Stretch> =
                 stretches.iter().filter_map(|s| s.without_ends(end(SMALLNESS))).collect();
             pixels.choose::<2>(&frame, &Laid { pattern: &pattern, patch: &patch, model: &model }, &inner);
-            let mut rows = [ZERO; PARAMETERS + 1];
+            let mut rows = Rows([ZERO; PARAMETERS + 1]);
             for block in pixels.blocks() {
                 model.rows::<2>(block, &mut rows);
                 by_windows.add(&rows, &block.weight, f32::MAX);

@@ -8,9 +8,12 @@ use super::pixels::{BLOCK, Lanes, ZERO};
 /// Parameters of the model.
 pub(super) const PARAMETERS: usize = 18;
 /// Derivatives by all parameters, and the residuals behind them, of a block of pixels.
-pub(super) type Rows = [Lanes; PARAMETERS + 1];
+#[repr(align(64))]
+pub(super) struct Rows(pub(super) [Lanes; PARAMETERS + 1]);
 /// Sums are kept in so many parts, which are added up at the end, always in this order.
-const PARTS: usize = 8;
+const PARTS: usize = 16;
+/// Pairs of a column and itself or one behind it; the residuals' own is kept apart.
+const PAIRS: usize = PARAMETERS * (PARAMETERS + 3) / 2;
 
 /// Residuals beyond this many times the last root mean square count less.
 const HUBER: f32 = 3.0;
@@ -26,20 +29,17 @@ const BLOOM_SD: f64 = 0.25;
 const CURVE_SD: f64 = 0.4;
 
 /// Sums of the products of all columns.
+#[repr(align(64))]
 pub(super) struct NormalEquations {
     /// For each pair of columns, the second one not before the first.
-    products: [[[f32; PARTS]; PARAMETERS + 1]; PARAMETERS],
+    products: [[f32; PARTS]; PAIRS],
     squares: [f32; PARTS],
     weight: [f32; PARTS],
 }
 
 impl Default for NormalEquations {
     fn default() -> Self {
-        Self {
-            products: [[[0.0; PARTS]; PARAMETERS + 1]; PARAMETERS],
-            squares: [0.0; PARTS],
-            weight: [0.0; PARTS],
-        }
+        Self { products: [[0.0; PARTS]; PAIRS], squares: [0.0; PARTS], weight: [0.0; PARTS] }
     }
 }
 
@@ -55,15 +55,37 @@ fn add_products(parts: &mut [f32; PARTS], a: &Lanes, b: &Lanes) {
     *parts = sum;
 }
 
+/// Half of the parts is added to the other half until one is left, which vectors do at once.
+#[inline(always)]
 fn total(parts: &[f32; PARTS]) -> f64 {
-    parts.iter().map(|part| f64::from(*part)).sum()
+    let mut sums = *parts;
+    let mut half = PARTS / 2;
+    while half > 0 {
+        for l in 0..half {
+            sums[l] += sums[l + half];
+        }
+        half /= 2;
+    }
+    f64::from(sums[0])
+}
+
+/// The place of a pair of columns, the second one not before the first.
+#[inline(always)]
+const fn pair(i: usize, j: usize) -> usize {
+    i * (2 * PARAMETERS + 1 - i) / 2 + j
 }
 
 impl NormalEquations {
+    /// Forgets all blocks.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        *self = Self::default();
+    }
+
     /// Adds the products of two columns to those of two parameters, the second one not before the first.
     #[inline(always)]
     pub(super) fn add_products(&mut self, i: usize, j: usize, a: &Lanes, b: &Lanes) {
-        add_products(&mut self.products[i][j], a, b);
+        add_products(&mut self.products[pair(i, j)], a, b);
     }
 
     /// Counts residuals of pixels that count `weight`, and says what they are to count in the equations; `rms` is the root mean
@@ -86,15 +108,15 @@ impl NormalEquations {
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "said in the loop")]
     pub(super) fn add(&mut self, rows: &Rows, weight: &Lanes, rms: f32) {
-        let robust = self.count(&rows[PARAMETERS], weight, rms);
+        let robust = self.count(&rows.0[PARAMETERS], weight, rms);
         for i in 0..PARAMETERS {
             let mut weighted = ZERO;
             for l in 0..BLOCK {
-                weighted[l] = robust[l] * rows[i][l];
+                weighted[l] = robust[l] * rows.0[i][l];
             }
             // Not by iterators: these stay calls here, compiled without the level's instructions.
             for j in i..=PARAMETERS {
-                add_products(&mut self.products[i][j], &weighted, &rows[j]);
+                add_products(&mut self.products[pair(i, j)], &weighted, &rows.0[j]);
             }
         }
     }
@@ -109,9 +131,10 @@ impl NormalEquations {
     pub(super) fn solve(&self, parameters: &Parameters, rms: f32) -> Option<[f64; PARAMETERS]> {
         // A symmetric matrix, of which only the lower half is looked at.
         let mut left = SMatrix::<f64, PARAMETERS, PARAMETERS>::from_fn(|i, j| {
-            if j <= i { total(&self.products[j][i]) } else { 0.0 }
+            if j <= i { total(&self.products[pair(j, i)]) } else { 0.0 }
         });
-        let mut right = SVector::<f64, PARAMETERS>::from_fn(|i, _| total(&self.products[i][PARAMETERS]));
+        let mut right =
+            SVector::<f64, PARAMETERS>::from_fn(|i, _| total(&self.products[pair(i, PARAMETERS)]));
         for i in 0..PARAMETERS {
             left[(i, i)] = left[(i, i)] * (1.0 + DAMPING) + 1e-9;
         }
@@ -137,7 +160,7 @@ impl NormalEquations {
 impl NormalEquations {
     /// Panics unless all sums are those of others, up to a share of what their columns' lengths allow.
     pub(super) fn assert_near(&self, other: &Self, share: f64) {
-        let sum = |of: &Self, i: usize, j: usize| total(&of.products[i][j]);
+        let sum = |of: &Self, i: usize, j: usize| total(&of.products[pair(i, j)]);
         let squares = total(&other.squares);
         assert!((total(&self.squares) - squares).abs() < share * squares, "squares of residuals");
         for i in 0..PARAMETERS {

@@ -12,6 +12,7 @@ use super::pixels::{BLOCK, Block, Lanes, ZERO};
 const WHITE: f32 = 4.0;
 
 /// The blurred pattern with its derivatives by place and by the blur's logarithms.
+#[repr(align(64))]
 pub(super) struct Blurred {
     pub(super) value: Lanes,
     pub(super) by_u: Lanes,
@@ -41,42 +42,84 @@ impl Blurred {
         let u = Shares::<WINDOW>::new(&places.u, &block.first_u, sigma[0]);
         let v = Shares::<WINDOW>::new(&places.v, &block.first_v, sigma[1]);
         let mut t = Self::NONE;
-        for l in 0..BLOCK {
-            let words: [u32; WINDOW] = std::array::from_fn(|j| block.rows[j][l]);
-            // Cells, and edges between them across u, seen by their shares along v.
-            let (mut columns, mut edges) = ([0.0; WINDOW], [0.0; WINDOW]);
-            for j in 0..WINDOW {
-                let (word, share) = (words[j], v.share[j][l]);
-                let opposites = opposite(word, word >> CELL_BITS);
-                let mut row = 0.0;
-                for k in 0..WINDOW {
-                    let brightness = brightness(word, k);
-                    row += u.share[k][l] * brightness;
-                    columns[k] += share * brightness;
-                    if k > 0 {
-                        edges[k] += share * colour(opposites, k - 1) as f32;
-                    }
-                }
-                t.by_v[l] += v.by_place[j][l] * row;
-                t.by_blur_v[l] += v.by_blur[j][l] * row;
-                if j > 0 {
-                    let opposites = opposite(words[j - 1], word);
-                    let mut edges = 0.0;
-                    for k in 0..WINDOW {
-                        edges += u.share[k][l] * colour(opposites, k) as f32;
-                    }
-                    t.by_growth_v[l] += v.density[j][l] * edges;
-                }
-            }
-            for k in 0..WINDOW {
-                t.value[l] += u.share[k][l] * columns[k];
-                t.by_u[l] += u.by_place[k][l] * columns[k];
-                t.by_blur_u[l] += u.by_blur[k][l] * columns[k];
-                t.by_growth_u[l] += u.density[k][l] * edges[k];
+        let mut columns = Columns { cells: [ZERO; WINDOW], edges: [ZERO; WINDOW] };
+        for j in 0..WINDOW {
+            t.add_row(&block.rows[j], &u, &v, j, &mut columns);
+            if j > 0 {
+                t.add_growth(&block.rows[j - 1], &block.rows[j], &u, &v.density[j]);
             }
         }
+        t.add_columns(&columns, &u);
         t
     }
+
+    /// Adds the row `j` of the windows' cells.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop, reason = "the compiler makes vectors of one index over many arrays")]
+    fn add_row<const WINDOW: usize>(
+        &mut self,
+        words: &[u32; BLOCK],
+        u: &Shares<WINDOW>,
+        v: &Shares<WINDOW>,
+        j: usize,
+        columns: &mut Columns<WINDOW>,
+    ) {
+        for l in 0..BLOCK {
+            let (word, share) = (words[l], v.share[j][l]);
+            let opposites = opposite(word, word >> CELL_BITS);
+            let mut row = 0.0;
+            for k in 0..WINDOW {
+                let brightness = brightness(word, k);
+                row += u.share[k][l] * brightness;
+                columns.cells[k][l] += share * brightness;
+                if k > 0 {
+                    columns.edges[k][l] += share * colour(opposites, k - 1) as f32;
+                }
+            }
+            self.by_v[l] += v.by_place[j][l] * row;
+            self.by_blur_v[l] += v.by_blur[j][l] * row;
+        }
+    }
+
+    /// Adds the edges between two rows, of which the blur has this density there.
+    #[inline(always)]
+    fn add_growth<const WINDOW: usize>(
+        &mut self,
+        above: &[u32; BLOCK],
+        below: &[u32; BLOCK],
+        u: &Shares<WINDOW>,
+        density: &Lanes,
+    ) {
+        for l in 0..BLOCK {
+            let opposites = opposite(above[l], below[l]);
+            let mut edges = 0.0;
+            for k in 0..WINDOW {
+                edges += u.share[k][l] * colour(opposites, k) as f32;
+            }
+            self.by_growth_v[l] += density[l] * edges;
+        }
+    }
+
+    /// Adds what all rows give along u.
+    #[inline(always)]
+    fn add_columns<const WINDOW: usize>(&mut self, columns: &Columns<WINDOW>, u: &Shares<WINDOW>) {
+        for k in 0..WINDOW {
+            for l in 0..BLOCK {
+                self.value[l] += u.share[k][l] * columns.cells[k][l];
+                self.by_u[l] += u.by_place[k][l] * columns.cells[k][l];
+                self.by_blur_u[l] += u.by_blur[k][l] * columns.cells[k][l];
+                self.by_growth_u[l] += u.density[k][l] * columns.edges[k][l];
+            }
+        }
+    }
+}
+
+/// Sums over the rows of windows, each row by its share along v.
+#[repr(align(64))]
+struct Columns<const WINDOW: usize> {
+    cells: [Lanes; WINDOW],
+    /// Edges across u before each cell; none at the first.
+    edges: [Lanes; WINDOW],
 }
 
 /// The brightness of the cell that lies `k` further right than the first one of a word.
@@ -87,6 +130,7 @@ fn brightness(word: u32, k: usize) -> f32 {
 
 /// How much of a pixel each cell of its window has along an axis, and how that changes with the place and with the blur's
 /// logarithm.
+#[repr(align(64))]
 struct Shares<const WINDOW: usize> {
     share: [Lanes; WINDOW],
     by_place: [Lanes; WINDOW],
