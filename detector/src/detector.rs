@@ -100,7 +100,8 @@ impl Detector {
     }
 
     /// As [`Self::detect`]; `done` is called as each phase ends (two of them once for each border colour, and all but
-    /// the last once for each size of thresholds that [`Settings::search`] asks for).
+    /// the last once for each size of thresholds that [`Settings::search`] asks for). Only the last where so few values are left of a
+    /// frame that they hold no tag.
     pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
         let search = GridSearch {
             scales: scales(self.settings.search),
@@ -138,6 +139,9 @@ impl<F: FnMut(Phase)> OnRaster for GridSearch<'_, F> {
 
     fn on<R: Raster>(mut self, raster: R) {
         self.buffers.quads.clear();
+        if raster.width().min(raster.height()) < LEAST_SIDE {
+            return;
+        }
         for scale in self.scales {
             self.binarize(raster, *scale);
             (self.done)(Phase::Binarize);
@@ -177,6 +181,8 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
     }
 }
 
+/// Fewer values of the search grid along a side hold no quad.
+const LEAST_SIDE: usize = 4;
 /// Least contrast of a thorough search, grey levels: with less, fitted sides say nothing.
 const LEAST_CONTRAST: u8 = 5;
 
@@ -200,11 +206,11 @@ fn bright_connectivity(settings: &Settings) -> Connectivity {
 
 /// The shortest side of a tag in pixels of the search grid: one full-resolution pixel a cell, but enough of them for lines.
 fn shortest_side(width_at_border: f64, factor: f64) -> f64 {
-    (width_at_border / factor.clamp(1.0, 1.5)).max(4.0)
+    (width_at_border / factor.clamp(1.0, 1.5)).max(LEAST_SIDE as f64)
 }
 
 /// The smallest component, from the shortest side: a box may be a pixel smaller than the sides that are fitted to it.
 fn limits(shortest_side: f64) -> Limits {
-    let side = (shortest_side.floor() as u16).clamp(4, 5);
+    let side = (shortest_side.floor() as u16).clamp(LEAST_SIDE as u16, 5);
     Limits { side, area: 16 }
 }

@@ -14,11 +14,11 @@ pub enum Decimation {
 }
 
 impl Decimation {
-    /// The decimation of a factor as users write it: 1.5 or a whole number from 1 to 64.
+    /// The decimation of a factor as users write it: 1.5 or a whole number from 1 to 128.
     pub fn from_factor(factor: f64) -> Result<Self, SettingsError> {
         if factor == 1.5 {
             Ok(Self::ThreeToTwo)
-        } else if factor.fract() == 0.0 && (1.0..=64.0).contains(&factor) {
+        } else if factor.fract() == 0.0 && (1.0..=128.0).contains(&factor) {
             Ok(Self::Every(factor as u32))
         } else {
             Err(SettingsError::Decimation(factor))
@@ -179,11 +179,11 @@ impl Default for Settings {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SettingsError {
-    /// Not 1.5 and not a whole number from 1 to 64.
+    /// Not 1.5 and not a whole number from 1 to 128.
     Decimation(f64),
     /// Not a finite number from 0 to 10.
     Sharpening(f32),
-    /// Not a number from 1 to 64.
+    /// Not a number from 1 to 128.
     Threads(usize),
     /// No family was given.
     NoFamily,
@@ -195,7 +195,7 @@ impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Decimation(seen) => {
-                write!(f, "decimation {seen} is not possible: use 1.5 or a whole number from 1 to 64")
+                write!(f, "decimation {seen} is not possible: use 1.5 or a whole number from 1 to 128")
             }
             Self::Sharpening(seen) => {
                 write!(f, "sharpening {seen} is not possible: use a number from 0 to 10")

@@ -77,7 +77,7 @@ fn what_is_not_possible_is_said_and_changes_nothing() {
     run.json();
     for (words, expected) in [
         (&["detector", "set", "decimat=2"][..], "did you mean decimate?"),
-        (&["detector", "set", "decimate=2.5"], "1.5 or a whole number from 1 to 64"),
+        (&["detector", "set", "decimate=2.5"], "1.5 or a whole number from 1 to 128"),
         (&["detector", "set", "family=tag36h12"], "did you mean tag36h11?"),
         (&["detector", "set", "family=mine.toml"], "takes no files"),
         (&["detector", "set", "region=5000,0,10x10"], "640x480"),
