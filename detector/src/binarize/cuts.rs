@@ -92,9 +92,12 @@ fn fold_column(rows: [&[u8]; 3], tiles: usize, out: &mut [u8], extreme: impl Fn(
     let rows = above.as_chunks::<LANES>().0.iter().zip(row.as_chunks().0).zip(below.as_chunks().0);
     for (to, ((above, row), below)) in out[1..].as_chunks_mut::<LANES>().0.iter_mut().zip(rows) {
         let (above, row, below): (_, &[u8; LANES], &[u8; LANES]) = (above, row, below);
+        // Put down as a whole: one by one, not every compiler sees that they change nothing that is read.
+        let mut extremes = [0; LANES];
         for l in 0..LANES {
-            to[l] = extreme(extreme(above[l], row[l]), below[l]);
+            extremes[l] = extreme(extreme(above[l], row[l]), below[l]);
         }
+        *to = extremes;
     }
     out[0] = out[1];
     out[tiles + 1] = out[tiles];
