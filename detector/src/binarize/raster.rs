@@ -22,8 +22,8 @@ pub(crate) trait Raster: Copy + Send + Sync {
     fn fetch(&self, level: Level, y: usize, slot: &mut [u8]);
     /// A row that was fetched into `slot`: there, or where it lies in the frame.
     fn fetched<'s>(&'s self, y: usize, slot: &'s [u8]) -> &'s [u8];
-    /// Brings the pixels of row `y` near.
-    fn touch(&self, y: usize);
+    /// Brings the pixels of some rows near, which may lie far apart.
+    fn touch<const ROWS: usize>(&self, ys: [usize; ROWS]);
     /// A point of the grid (corner of its first value at 0, 0) in pixels of the frame.
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2];
 }
@@ -92,8 +92,8 @@ impl Raster for Sampled<'_> {
     }
 
     #[inline(always)]
-    fn touch(&self, y: usize) {
-        simd::touch(self.span(y));
+    fn touch<const ROWS: usize>(&self, ys: [usize; ROWS]) {
+        simd::touch(ys.map(|y| self.span(y)));
     }
 
     /// The value at column x is the pixel `factor * x`, whose centre lies half a pixel further, whatever the factor.
@@ -161,10 +161,9 @@ impl Raster for ThreeToTwo<'_> {
     }
 
     #[inline(always)]
-    fn touch(&self, y: usize) {
-        let (full, half) = Self::covered(y);
-        self.full.touch(full);
-        self.full.touch(half);
+    fn touch<const ROWS: usize>(&self, ys: [usize; ROWS]) {
+        self.full.touch(ys.map(|y| Self::covered(y).0));
+        self.full.touch(ys.map(|y| Self::covered(y).1));
     }
 
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {
@@ -326,8 +325,8 @@ impl<K: OfBlock> Raster for Merged<'_, K> {
     }
 
     #[inline(always)]
-    fn touch(&self, y: usize) {
-        (0..self.factor).for_each(|row| self.full.touch(y * self.factor + row));
+    fn touch<const ROWS: usize>(&self, ys: [usize; ROWS]) {
+        (0..self.factor).for_each(|row| self.full.touch(ys.map(|y| y * self.factor + row)));
     }
 
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2] {

@@ -26,6 +26,10 @@ pub(super) struct Strip<R, const TILE: usize> {
 /// Pixels of a raster whose rows are all kept once they are fetched: as many as the nearest cache holds.
 const KEPT: usize = 32 * 1024;
 
+/// Parts of a strip that are read by turns: processors that foresee one line or two in each place fetch a sixth more of a frame
+/// in the same time.
+const PARTS: usize = 4;
+
 /// Rows of tiles whose extremes are kept in turn: more than a threshold looks at.
 const TURNS: usize = 4;
 
@@ -99,12 +103,13 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         }
     }
 
-    /// Brings the pixels of some rows of tiles near, as many as there are: in the order in which they lie in memory, those
-    /// without a vote too. The pass that follows finds them near.
+    /// Brings the pixels of some rows of tiles near, those without a vote too: the pass that follows finds them near. Beyond the
+    /// strip's end its last row stands in.
     #[inline(always)]
-    fn touch(&self, tile_rows: Range<usize>) {
-        let end = (tile_rows.end * TILE).min(self.raster.height());
-        (tile_rows.start * TILE..end).for_each(|y| self.raster.touch(y));
+    fn touch<const ROWS: usize>(&self, tile_rows: [usize; ROWS]) {
+        for i in 0..TILE {
+            self.raster.touch(tile_rows.map(|row| self.row_of(row.min(self.end - 1), i)));
+        }
     }
 
     /// Whether a row of tiles is measured, and its extremes kept.
@@ -122,6 +127,46 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
             tile_row % TURNS
         };
         row * scratch.room..(row + 1) * scratch.room
+    }
+
+    /// Counts a row of tiles whose pixels are fetched, if it has a vote.
+    #[inline(always)]
+    fn measure(&self, tile_row: usize, scratch: &mut Scratch) {
+        if self.measures(tile_row) {
+            self.find_extremes(tile_row, scratch);
+            let places = self.places(tile_row, scratch);
+            scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
+        }
+    }
+
+    /// Measures rows that are fetched and kept once all are near.
+    #[inline(always)]
+    fn measure_kept(&self, scratch: &mut Scratch) {
+        for row in self.first..self.end {
+            self.touch([row]);
+        }
+        for row in self.first..self.end {
+            self.fetch(row, &mut scratch.slots);
+        }
+        for row in self.first..self.end {
+            self.measure(row, scratch);
+        }
+    }
+
+    /// Measures rows that may come from memory, in the order in which they come.
+    #[inline(always)]
+    fn measure_from_afar(&self, scratch: &mut Scratch) {
+        let part = (self.end - self.first).div_ceil(PARTS);
+        for row in self.first..self.first + part {
+            let rows: [usize; PARTS] = std::array::from_fn(|i| row + i * part);
+            self.touch(rows);
+            for row in rows {
+                if self.measures(row) {
+                    self.fetch(row, &mut scratch.slots);
+                }
+                self.measure(row, scratch);
+            }
+        }
     }
 
     #[inline(always)]
@@ -155,23 +200,11 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
     fn run(self) {
         let Self { strip, scratch } = self;
         scratch.ranges.clear(scratch.minima.len());
-        let mut near = strip.first;
         if strip.keeps_rows {
-            near = strip.end;
-            strip.touch(strip.first..near);
-            (strip.first..near).for_each(|row| strip.fetch(row, &mut scratch.slots));
+            strip.measure_kept(scratch);
+        } else {
+            strip.measure_from_afar(scratch);
         }
-        for row in (strip.first..strip.end).filter(|row| strip.measures(*row)) {
-            if !strip.keeps_rows {
-                strip.touch(near..row + 1);
-                strip.fetch(row, &mut scratch.slots);
-                near = row + 1;
-            }
-            strip.find_extremes(row, scratch);
-            let places = strip.places(row, scratch);
-            scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
-        }
-        strip.touch(near..strip.end);
     }
 }
 

@@ -65,15 +65,18 @@ pub(crate) fn threshold_row(level: Level, row: &[u8], cuts: &[u8], dark: &mut [u
 }
 
 /// Reads a byte of every line of a cache, so that all of them are near when they are needed. Lines that follow each other are
-/// foreseen by the processor; read as tiles need them, four rows at a time, most are waited for. Not on other architectures,
+/// foreseen by the processor; read as tiles need them, four rows at a time, most are waited for. `rows` are equally long and lie
+/// far apart; their lines are read by turns, as some processors foresee one line or two in each place. Not on other architectures,
 /// where nobody has measured it.
 #[inline(always)]
-pub(crate) fn touch(bytes: &[u8]) {
+pub(crate) fn touch<const ROWS: usize>(rows: [&[u8]; ROWS]) {
     const LINE: usize = 64;
     if cfg!(target_arch = "x86_64") {
         let (mut sum, mut at) = (0, 0);
-        while at < bytes.len() {
-            sum |= bytes[at];
+        while at < rows[0].len() {
+            for row in rows {
+                sum |= row[at];
+            }
             at += LINE;
         }
         std::hint::black_box(sum);
