@@ -14,8 +14,7 @@ use crate::sweep::load_scaled;
 /// One family of either polarity.
 pub(super) const FAMILIES: [&str; 2] = ["tag36h11", "tagStandard41h12"];
 const SIZE: [u32; 2] = [1296, 964];
-/// Frames of a rendered set, by number: distances from 20 to 200 cm, straight on and tilted. Every second one shows a
-/// tag of the other family.
+/// Frames of a rendered set for each family, by number: distances from 20 to 200 cm, straight on and tilted.
 const CHOSEN: [usize; 6] = [0, 3, 7, 10, 14, 18];
 /// Columns and rows of the frame full of tags, and the pixels from one to the next.
 const GRID: [u64; 2] = [8, 6];
@@ -24,28 +23,48 @@ const PITCH_PX: f64 = 160.0;
 /// Frames that are counted together.
 pub(super) struct Group {
     pub(super) name: &'static str,
-    pub(super) pictures: Vec<Picture>,
+    pub(super) frames: Vec<Frame>,
+}
+
+pub(super) struct Frame {
+    pub(super) picture: Picture,
+    /// The family of its tag, whose detectors search it; `None` for all.
+    shows: Option<&'static str>,
+}
+
+impl Frame {
+    /// Whether it is meant for a detector of these families, whose names are joined by `+`.
+    pub(super) fn is_for(&self, families: &str) -> bool {
+        self.shows.is_none_or(|shown| families.split('+').any(|family| family == shown))
+    }
 }
 
 /// Natural pictures where there is a folder of them, then rendered frames.
 pub(super) fn groups(natural: Option<&Path>) -> Result<Vec<Group>, Failure> {
     let mut groups = Vec::new();
     if let Some(folder) = natural {
-        groups.push(Group { name: "natural", pictures: load_scaled(folder, SIZE)? });
+        groups.push(Group {
+            name: "natural",
+            frames: load_scaled(folder, SIZE)?.into_iter().map(for_all).collect(),
+        });
     }
     for name in ["textured", "wall"] {
-        groups.push(Group { name, pictures: of_set(name)? });
+        groups.push(Group { name, frames: of_set(name)? });
     }
-    groups.push(Group { name: "many tags", pictures: vec![many_tags()?] });
+    groups.push(Group { name: "many tags", frames: vec![for_all(many_tags()?)] });
     Ok(groups)
 }
 
-fn of_set(set: &str) -> Result<Vec<Picture>, Failure> {
-    let frame = |(turn, index): (usize, &usize)| -> Result<Picture, Failure> {
-        let family = Family::published(FAMILIES[turn % FAMILIES.len()])?;
-        Ok(Renderer::new(named(set)?, family, 1).frame(*index)?.picture)
+fn for_all(picture: Picture) -> Frame {
+    Frame { picture, shows: None }
+}
+
+fn of_set(set: &str) -> Result<Vec<Frame>, Failure> {
+    let frame = |(index, family): (usize, &'static str)| -> Result<Frame, Failure> {
+        let picture = Renderer::new(named(set)?, Family::published(family)?, 1).frame(index)?.picture;
+        Ok(Frame { picture, shows: Some(family) })
     };
-    CHOSEN.iter().enumerate().map(frame).collect()
+    CHOSEN.into_iter().flat_map(|index| FAMILIES.map(|family| (index, family))).map(frame).collect()
 }
 
 /// 48 tags, half of each family, on white cards in a room full of things.
@@ -89,6 +108,15 @@ fn tag_at(family: &Family, centre: [f64; 2], random: &mut Stream) -> Result<Plac
 mod tests {
     use super::*;
     use crate::peers;
+
+    #[test]
+    fn a_frame_with_a_tag_is_searched_for_its_family_and_others_for_all() {
+        let picture = || Picture { width: 1, height: 1, luma: vec![0] };
+        let frame = Frame { picture: picture(), shows: Some("tag36h11") };
+        assert!(frame.is_for("tag36h11") && frame.is_for("tagStandard41h12+tag36h11"));
+        assert!(!frame.is_for("tagStandard41h12") && !frame.is_for("tag36h1"));
+        assert!(for_all(picture()).is_for("tagStandard41h12"));
+    }
 
     #[test]
     fn every_tag_of_the_frame_full_of_tags_can_be_found() {

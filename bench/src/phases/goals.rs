@@ -75,7 +75,7 @@ mod tests {
     fn a_goal_is_about_the_median_of_ratios() {
         let block = |theirs: Vec<f64>| Block {
             group: "wall",
-            pictures: 3,
+            frames: 3,
             families: "tag36h11".to_owned(),
             factor: 1.0,
             levels: vec![(Level::SCALAR, vec![PhaseTimes([1.0, 0.0, 0.0, 0.0]); 3])],

@@ -32,7 +32,7 @@ pub(crate) struct Plan {
 /// One choice of families and decimation on one group of frames.
 pub(crate) struct Block {
     pub(super) group: &'static str,
-    pub(super) pictures: usize,
+    pub(super) frames: usize,
     pub(super) families: String,
     pub(super) factor: f64,
     /// Ours, the plainest level first.
@@ -76,14 +76,15 @@ fn block(group: &frames::Group, families: &str, factor: f64, rounds: usize) -> R
     let mut others = peers::all(families, factor)?.split_off(1);
     let mut levels: Vec<_> = ours.iter().map(|(level, _)| (*level, Vec::new())).collect();
     let mut times: Vec<_> = others.iter().map(|peer| (peer.name(), Vec::new())).collect();
-    for picture in &group.pictures {
+    let frames: Vec<_> = group.frames.iter().filter(|frame| frame.is_for(families)).collect();
+    for frames::Frame { picture, .. } in &frames {
         let (phases, totals) = measure(&mut ours, &mut others, picture, rounds)?;
         levels.iter_mut().zip(phases).for_each(|((_, list), phases)| list.push(phases));
         times.iter_mut().zip(totals).for_each(|((_, list), total)| list.push(total));
     }
     Ok(Block {
         group: group.name,
-        pictures: group.pictures.len(),
+        frames: frames.len(),
         families: families.to_owned(),
         factor,
         levels,
@@ -148,7 +149,7 @@ mod tests {
 
     #[test]
     fn every_phase_takes_time_and_together_they_are_the_search() {
-        let picture = frames::groups(None).unwrap().pop().unwrap().pictures.remove(0);
+        let picture = frames::groups(None).unwrap().pop().unwrap().frames.remove(0).picture;
         let view = LumaView::grey(&picture.luma, picture.width, picture.height).unwrap();
         let mut detector = detector("tag36h11+tagStandard41h12", 1.0, Level::SCALAR).unwrap();
         let (us, times) = cpu_us(|| timed(&mut detector, &view));

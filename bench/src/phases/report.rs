@@ -14,9 +14,14 @@ pub(crate) fn page(blocks: &[Block]) -> String {
         // Writing to a String cannot fail.
         let _ = write!(
             text,
-            "## {}, {} frames of 1296x964\n\n| families | decimation | level | {} | all ms | {}\n|{}\n",
+            "## {}, {} frames of 1296x964{}\n\n| families | decimation | level | {} | all ms | {}\n|{}\n",
             group[0].group,
-            group[0].pictures,
+            group[0].frames,
+            if group.iter().all(|block| block.frames == group[0].frames) {
+                ""
+            } else {
+                " a family, with a tag of it"
+            },
             names.join(" | "),
             heads(&group[0]),
             "---|".repeat(8 + 3 * group[0].others.len())
@@ -78,7 +83,7 @@ mod tests {
         let times = |us: f64| PhaseTimes([us, 2.0 * us, 0.0, us]);
         let block = Block {
             group: "natural",
-            pictures: 3,
+            frames: 3,
             families: "tag36h11".to_owned(),
             factor: 1.5,
             levels: vec![(Level::SCALAR, vec![times(100.0), times(300.0), times(200.0)])],
