@@ -95,7 +95,7 @@ pub(crate) fn sweep(family: &str, choice: &Choice) -> Result<Vec<Box<dyn Peer>>,
 }
 
 /// Further ones of ours: up to where nothing is found, and between those at which little is.
-const OUR_FACTORS: [f64; 10] = [13.0, 14.0, 18.0, 20.0, 28.0, 32.0, 48.0, 64.0, 96.0, 128.0];
+const OUR_FACTORS: [f64; 12] = [9.0, 11.0, 13.0, 14.0, 18.0, 20.0, 28.0, 32.0, 48.0, 64.0, 96.0, 128.0];
 
 /// What of ours is compared. The first of each decimation is what others are held against: with all that there is to
 /// refinement.
