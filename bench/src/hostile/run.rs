@@ -29,7 +29,7 @@ const SETTLE: Duration = Duration::from_millis(500);
 /// What takes longer than this hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// After the last attacker has gone its remains are taken away in this time.
-const CLEAN_AFTER: Duration = Duration::from_secs(5);
+const CLEAN_AFTER: Duration = Duration::from_secs(10);
 
 /// What is measured how long.
 pub(crate) struct Plan {
@@ -99,8 +99,7 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
     for &attack in &plan.attacks {
         honest.measure(plan, Some((attack, Manner::Hostile, plan.seed)))?;
     }
-    honest.visit()?;
-    let before = Stored::of(&honest.machine.domain)?;
+    let before = honest.at_rest()?;
     let mut outcome = Outcome {
         quiet: Vec::new(),
         attacks: plan.attacks.iter().map(|&attack| Attacked::new(attack)).collect(),
@@ -228,6 +227,21 @@ impl Honest {
     fn visit(&self) -> Result<(), Failure> {
         drop(Client::connect(&self.machine.reach("cam0", "main"))?);
         Ok(())
+    }
+
+    /// What is stored once two looks agree, or after a while: on a busy machine roles are still at work on what the last attack left.
+    fn at_rest(&self) -> Result<Stored, Failure> {
+        let begun = Instant::now();
+        let mut before = Stored::default();
+        loop {
+            self.visit()?;
+            thread::sleep(Duration::from_millis(250));
+            let now = Stored::of(&self.machine.domain)?;
+            if [now.files, now.in_root] == [before.files, before.in_root] || begun.elapsed() > CLEAN_AFTER {
+                return Ok(now);
+            }
+            before = now;
+        }
     }
 
     /// What is stored once it is as before, or what it is after a while.
