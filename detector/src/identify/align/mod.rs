@@ -94,26 +94,6 @@ impl Align {
         frame.level().run(Alignment { align: self, frame, reader, code, corners, border })
     }
 
-    #[inline(always)]
-    fn lay_over(
-        &mut self,
-        frame: &Frame,
-        reader: &Reader,
-        code: u64,
-        corners: &[[f64; 2]; 4],
-        border: &Border,
-    ) -> Option<[[f64; 2]; 4]> {
-        let patch = Patch::around(corners);
-        let to_frame = Homography::from_square(corners, reader.width)?;
-        let to_cells = to_frame.inverse()?;
-        self.pattern.paint(reader, code);
-        edges::find(&self.pattern, &to_frame, &mut self.stretches);
-        let parameters = Parameters::new(&to_cells, &patch, border);
-        let start = Fit { parameters, patch, corners: *corners, width: reader.width };
-        let end = self.descend(frame, start, cells_a_pixel(&to_cells, corners))?;
-        (end.parameters.gain() >= LEAST_GAIN && stayed(&start, &end)).then_some(end.corners)
-    }
-
     /// By profiles where they show what they are taken for, else by windows.
     #[inline(always)]
     fn descend(&mut self, frame: &Frame, start: Fit, cells_a_pixel: f64) -> Option<Fit> {
@@ -178,7 +158,16 @@ impl Kernel for Alignment<'_> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.align.lay_over(self.frame, self.reader, self.code, self.corners, self.border)
+        let Self { align, frame, reader, code, corners, border } = self;
+        let patch = Patch::around(corners);
+        let to_frame = Homography::from_square(corners, reader.width)?;
+        let to_cells = to_frame.inverse()?;
+        align.pattern.paint(reader, code);
+        edges::find(&align.pattern, &to_frame, &mut align.stretches);
+        let parameters = Parameters::new(&to_cells, &patch, border);
+        let start = Fit { parameters, patch, corners: *corners, width: reader.width };
+        let end = align.descend(frame, start, cells_a_pixel(&to_cells, corners))?;
+        (end.parameters.gain() >= LEAST_GAIN && stayed(&start, &end)).then_some(end.corners)
     }
 }
 
