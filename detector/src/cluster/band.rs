@@ -1,7 +1,7 @@
 //! Some rows of a plane, which one thread works on.
 
 use super::Plane;
-use super::components::{Component, Keeping};
+use super::components::{Component, Keeping, Limits};
 use super::labels::{Connectivity, Labels, label};
 use super::profiles::{Profiles, fill_profiles};
 use super::runs::Runs;
@@ -24,6 +24,20 @@ pub(super) struct Rows<'a> {
     pub(super) blank: &'a [bool],
     pub(super) words: usize,
     pub(super) first: usize,
+    /// Whether pixels without a neighbour at a side may be left out: they are components of their own, and nobody wants such.
+    pub(super) may_drop_specks: bool,
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn count(&self) -> usize {
+        self.blank.len()
+    }
+
+    /// The bits of a row, counted from the first of these.
+    #[inline(always)]
+    pub(super) fn row(&self, row: usize) -> &'a [u64] {
+        &self.bits[row * self.words..][..self.words]
+    }
 }
 
 /// How a plane is cut into bands: all of the same number of rows but for the last.
@@ -41,10 +55,16 @@ impl Cut {
     }
 
     /// The rows of a band.
-    pub(super) fn rows_of<'a>(&self, plane: &Plane<'a>, band: usize) -> Rows<'a> {
+    pub(super) fn rows_of<'a>(&self, plane: &Plane<'a>, limits: &Limits, band: usize) -> Rows<'a> {
         let (first, words) = (band * self.rows, plane.words);
         let end = (first + self.rows).min(plane.height);
-        Rows { bits: &plane.bits[first * words..end * words], blank: &plane.blank[first..end], words, first }
+        Rows {
+            bits: &plane.bits[first * words..end * words],
+            blank: &plane.blank[first..end],
+            words,
+            first,
+            may_drop_specks: limits.area > 1 && plane.connectivity == Connectivity::Four,
+        }
     }
 }
 
@@ -53,16 +73,12 @@ impl Band {
     pub(super) fn label(&mut self, level: Level, rows: Rows, connectivity: Connectivity) {
         let Self { runs, labels, .. } = self;
         level.run(LabelRuns { level, rows, connectivity, runs, labels });
-        labels.merge();
     }
 
     /// Keeps the components that may be borders, and fills their profiles as far as they lie here.
     pub(super) fn outline(&mut self, level: Level, keeping: Keeping) {
         let Self { runs, labels, profiles, components } = self;
-        let first = Profiles::first_offset(runs.rows());
-        if keeping.keep(labels, components, profiles) > first {
-            level.run(FillProfiles { runs, labels, profiles });
-        }
+        level.run(Outline { keeping, runs, labels, profiles, components });
     }
 }
 
@@ -84,20 +100,27 @@ impl Kernel for LabelRuns<'_> {
             Connectivity::Four => label::<false>(level, &rows, runs, labels),
             Connectivity::Eight => label::<true>(level, &rows, runs, labels),
         }
+        labels.merge();
     }
 }
 
-struct FillProfiles<'a> {
+struct Outline<'a> {
+    keeping: Keeping<'a>,
     runs: &'a Runs,
-    labels: &'a Labels,
+    labels: &'a mut Labels,
     profiles: &'a mut Profiles,
+    components: &'a mut Vec<Component>,
 }
 
-impl Kernel for FillProfiles<'_> {
+impl Kernel for Outline<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        fill_profiles(self.runs, self.labels, self.profiles);
+        let Self { keeping, runs, labels, profiles, components } = self;
+        let first = Profiles::first_offset(runs.rows());
+        if keeping.keep(labels, components, profiles) > first {
+            fill_profiles(runs, labels, profiles);
+        }
     }
 }

@@ -55,8 +55,8 @@ impl Component {
 
 impl Component {
     pub(super) fn new(extent: &Extent, offset: u32, place: Place) -> Self {
-        let Extent { left, right, top, bottom, area } = *extent;
-        Self { left, right, top, bottom, area, offset, place }
+        let (left, right, top, bottom) = (extent.left(), extent.right(), extent.top(), extent.bottom());
+        Self { left, right, top, bottom, area: extent.area, offset, place }
     }
 }
 
@@ -75,6 +75,7 @@ pub(super) struct Keeping<'a> {
 
 impl Keeping<'_> {
     /// Keeps the components within the limits and lays out their profiles; returns where these end.
+    #[inline(always)]
     pub(super) fn keep(
         mut self,
         labels: &mut Labels,
@@ -97,29 +98,58 @@ impl Keeping<'_> {
     }
 
     /// As [`Self::keep`], for labels of which none crosses.
+    #[inline(always)]
     fn keep_inside(
         &mut self,
         some: std::ops::Range<usize>,
         labels: &mut Labels,
         components: &mut Vec<Component>,
     ) {
-        let mut offset = self.offset;
-        for label in some {
-            let Label { parent, extent } = labels.all()[label];
-            if parent as usize != label {
-                labels.slot[label] = labels.slot[parent as usize];
-                continue;
+        for first in some.clone().step_by(BLOCK) {
+            let block = first..some.end.min(first + BLOCK);
+            let (all, slots) = labels.with_slots();
+            slots[block.clone()].fill(Profiles::REJECTED);
+            let mut large = large_roots(&all[block.clone()], first, self.limits);
+            while large != 0 {
+                let label = first + large.trailing_zeros() as usize;
+                slots[label] = self.keep_one(&all[label].extent, components);
+                large &= large - 1;
             }
-            if !may_be_a_border(&extent, self.plane, self.limits) {
-                labels.slot[label] = Profiles::REJECTED;
-                continue;
+            // What is no root has what its root has. A checkerboard has nothing but rejected roots.
+            if !(components.is_empty() && self.crossing.is_empty()) {
+                for label in block {
+                    slots[label] = slots[all[label].parent as usize];
+                }
             }
-            labels.slot[label] = slot(offset, extent.top, self.first_row);
-            components.push(Component::new(&extent, offset, Place::Band(self.band as u8)));
-            offset += u32::from(extent.bottom - extent.top) + 1;
         }
-        self.offset = offset;
     }
+
+    /// The slot of a large component.
+    #[inline(always)]
+    fn keep_one(&mut self, extent: &Extent, components: &mut Vec<Component>) -> u32 {
+        if crosses_rims(extent, self.plane) {
+            return Profiles::REJECTED;
+        }
+        let offset = self.offset;
+        components.push(Component::new(extent, offset, Place::Band(self.band as u8)));
+        self.offset += u32::from(extent.bottom() - extent.top()) + 1;
+        slot(offset, extent.top(), self.first_row)
+    }
+}
+
+/// Labels that are looked at together.
+const BLOCK: usize = 64;
+
+/// Which labels of a block are roots of components that are large enough, as bits: with a branch for each label, noise would
+/// have most of them mispredicted.
+#[inline(always)]
+fn large_roots(labels: &[Label], first: usize, limits: &Limits) -> u64 {
+    let mut large = 0;
+    for (place, Label { parent, extent }) in labels.iter().enumerate() {
+        let is_root = *parent as usize == first + place;
+        large |= u64::from(is_root & is_large(extent, limits)) << place;
+    }
+    large
 }
 
 /// Row `y` of a band is entry `slot + y` of a profile; offsets start past the band's last row, so this never wraps.
@@ -127,16 +157,25 @@ pub(super) fn slot(offset: u32, top: u16, first_row: usize) -> u32 {
     offset - (u32::from(top) - first_row as u32)
 }
 
-/// Large enough, and at most one side cut by the frame: a tag that loses a corner cannot be read.
+/// Large enough, and at most one side cut by the frame.
 pub(super) fn may_be_a_border(extent: &Extent, plane: &Plane, limits: &Limits) -> bool {
+    is_large(extent, limits) && !crosses_rims(extent, plane)
+}
+
+#[inline(always)]
+fn is_large(extent: &Extent, limits: &Limits) -> bool {
+    let (width, height) = (extent.right() - extent.left(), extent.bottom() - extent.top() + 1);
+    (width >= limits.side) & (height >= limits.side) & (extent.area >= limits.area)
+}
+
+/// Whether the frame cuts two sides: a tag that loses a corner cannot be read.
+#[inline(always)]
+fn crosses_rims(extent: &Extent, plane: &Plane) -> bool {
     let rims = [
-        extent.left == 0,
-        extent.top == 0,
-        usize::from(extent.right) == plane.width,
-        usize::from(extent.bottom) + 1 == plane.height,
+        extent.left() == 0,
+        extent.top() == 0,
+        usize::from(extent.right()) == plane.width,
+        usize::from(extent.bottom()) + 1 == plane.height,
     ];
-    extent.right - extent.left >= limits.side
-        && extent.bottom - extent.top + 1 >= limits.side
-        && extent.area >= limits.area
-        && rims.iter().filter(|touched| **touched).count() <= 1
+    rims.iter().filter(|touched| **touched).count() > 1
 }

@@ -5,8 +5,8 @@ use crate::simd::Level;
 
 /// What is done where two runs touch.
 pub(super) trait Join {
-    /// The run that holds a column of the upper row touches the one that holds a column of the lower row.
-    fn join(&mut self, above: usize, below: usize);
+    /// The run that holds a column of the upper row, or ends right before it, touches the one of the lower row that does.
+    fn join(&mut self, column: usize);
 }
 
 /// Buffers of the search.
@@ -22,7 +22,15 @@ pub(super) struct Row<'a> {
     pub(super) filled: Filled,
 }
 
-/// Calls `join` for every two runs of two rows that touch.
+impl Row<'_> {
+    /// The last bit of the word before this one.
+    fn carry_into(&self, word: usize) -> u64 {
+        if word == 0 { 0 } else { self.bits[word - 1] >> 63 }
+    }
+}
+
+/// Calls `join` for every two runs of two rows that touch: once, at the first column of the one that starts later. There the other
+/// one is, or, if corners count, has just ended.
 #[inline(always)]
 pub(super) fn join_rows<const EIGHT: bool, J: Join>(
     level: Level,
@@ -31,52 +39,46 @@ pub(super) fn join_rows<const EIGHT: bool, J: Join>(
     contacts: &mut Contacts,
     join: &mut J,
 ) {
-    let both = above.filled.start.max(below.filled.start)..above.filled.end.min(below.filled.end);
-    // Runs that touch at a corner may lie in two words.
-    let first = both.start.saturating_sub(usize::from(EIGHT));
-    if first >= both.end {
+    let words = above.filled.start.max(below.filled.start)..above.filled.end.min(below.filled.end);
+    if words.is_empty() {
         return;
     }
-    let (above, below) = (above.bits, below.bits);
+    contacts.bits.resize(above.bits.len(), 0);
+    let carries = [above.carry_into(words.start), below.carry_into(words.start)];
+    let rows = above.bits[words.clone()].iter().zip(&below.bits[words.clone()]);
+    let found = &mut contacts.bits[words.clone()];
+    if EIGHT {
+        find_eight(rows.zip(found), carries);
+    } else {
+        find_four(rows.zip(found));
+    }
     let mut columns = std::mem::take(&mut contacts.columns);
-    contacts.bits.resize(above.len(), 0);
+    columns.clear();
+    columns.push(level, &contacts.bits[words.clone()], words.start);
+    for column in columns.all() {
+        join.join(usize::from(*column));
+    }
+    contacts.columns = columns;
+}
+
+/// The first column of each stretch of columns that both rows have: there a run begins, in one of them or in both.
+#[inline(always)]
+fn find_four<'b>(rows: impl Iterator<Item = ((&'b u64, &'b u64), &'b mut u64)>) {
     let mut carry = 0;
-    let words = first..both.end;
-    let rows = above[words.clone()].iter().zip(&below[words.clone()]);
-    for ((a, b), contact) in rows.zip(&mut contacts.bits[words.clone()]) {
+    for ((a, b), contact) in rows {
         let overlap = a & b;
         *contact = overlap & !(overlap << 1 | carry);
         carry = overlap >> 63;
     }
-    columns.clear();
-    columns.push(level, &contacts.bits[words.clone()], first);
-    for column in columns.all() {
-        join.join(usize::from(*column), usize::from(*column));
-    }
-    contacts.columns = columns;
-    if EIGHT {
-        join_diagonals(above, below, words, join);
-    }
 }
 
-/// Joins runs that touch at a corner only.
+/// The columns where a run begins in one row, and in the other one is or has just ended. `carries`: the columns before.
 #[inline(always)]
-fn join_diagonals<J: Join>(above: &[u64], below: &[u64], words: Filled, join: &mut J) {
-    for i in words {
-        let next = |row: &[u64]| row[i] >> 1 | row.get(i + 1).copied().unwrap_or(0) << 63;
-        let (a, b, a_next, b_next) = (above[i], below[i], next(above), next(below));
-        // The upper run ends at a column and the lower one starts at the next.
-        let mut falling = a & !b & b_next & !a_next;
-        while falling != 0 {
-            let column = i * 64 + falling.trailing_zeros() as usize;
-            join.join(column, column + 1);
-            falling &= falling - 1;
-        }
-        let mut rising = b & !a & a_next & !b_next;
-        while rising != 0 {
-            let column = i * 64 + rising.trailing_zeros() as usize;
-            join.join(column + 1, column);
-            rising &= rising - 1;
-        }
+fn find_eight<'b>(rows: impl Iterator<Item = ((&'b u64, &'b u64), &'b mut u64)>, carries: [u64; 2]) {
+    let [mut carry_a, mut carry_b] = carries;
+    for ((a, b), contact) in rows {
+        let (before_a, before_b) = (a << 1 | carry_a, b << 1 | carry_b);
+        *contact = a & !before_a & (b | before_b) | b & !before_b & (a | before_a);
+        (carry_a, carry_b) = (a >> 63, b >> 63);
     }
 }

@@ -3,6 +3,7 @@
 use super::band::Rows;
 use super::contacts::{Contacts, Join, Row, join_rows};
 use super::runs::{Ranks, Runs, filled};
+use super::specks::Specks;
 use crate::simd::Level;
 
 /// How pixels of a plane connect.
@@ -14,41 +15,52 @@ pub(crate) enum Connectivity {
     Eight,
 }
 
-/// What is known of a label while rows are read, and of a whole component once labels are merged.
+/// What is known of a label while rows are read, and of a whole component once labels are merged. Nothing yet is all zeros.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Extent {
     /// Pixels.
     pub(super) area: u32,
-    /// First column.
-    pub(super) left: u16,
-    /// One past the last column.
-    pub(super) right: u16,
-    /// First row.
-    pub(super) top: u16,
-    /// Last row.
-    pub(super) bottom: u16,
+    /// First column, one past the last, first row and last row. What can only become less is kept as its complement: then all
+    /// four can only grow, and one instruction does it.
+    ends: [u16; 4],
 }
 
 impl Extent {
-    /// What is known before the first run.
-    fn none_yet(row: u16) -> Self {
-        Self { area: 0, left: u16::MAX, right: 0, top: row, bottom: row }
+    #[inline(always)]
+    fn of_run([start, end]: [u16; 2], row: u16) -> Self {
+        Self { area: u32::from(end - start), ends: [!start, end, !row, row] }
     }
 
     #[inline(always)]
-    fn add_run(&mut self, start: u16, end: u16, row: u16) {
-        self.area += u32::from(end - start);
-        self.left = self.left.min(start);
-        self.right = self.right.max(end);
-        self.bottom = row;
-    }
-
     pub(super) fn add(&mut self, other: &Extent) {
         self.area += other.area;
-        self.left = self.left.min(other.left);
-        self.right = self.right.max(other.right);
-        self.top = self.top.min(other.top);
-        self.bottom = self.bottom.max(other.bottom);
+        for (end, other) in self.ends.iter_mut().zip(other.ends) {
+            *end = (*end).max(other);
+        }
+    }
+
+    /// First column.
+    #[inline(always)]
+    pub(super) fn left(&self) -> u16 {
+        !self.ends[0]
+    }
+
+    /// One past the last column.
+    #[inline(always)]
+    pub(super) fn right(&self) -> u16 {
+        self.ends[1]
+    }
+
+    /// First row.
+    #[inline(always)]
+    pub(super) fn top(&self) -> u16 {
+        !self.ends[2]
+    }
+
+    /// Last row.
+    #[inline(always)]
+    pub(super) fn bottom(&self) -> u16 {
+        self.ends[3]
     }
 }
 
@@ -72,6 +84,7 @@ pub(super) struct Labels {
     count: usize,
     ranks: [Ranks; 2],
     contacts: Contacts,
+    specks: Specks,
 }
 
 const NO_LABEL: u32 = u32::MAX;
@@ -92,16 +105,23 @@ impl Labels {
         &self.labels[..self.count]
     }
 
+    /// What is known of all labels, and where the profiles of their components begin, which may be changed.
+    #[inline(always)]
+    pub(super) fn with_slots(&mut self) -> (&[Label], &mut [u32]) {
+        (&self.labels[..self.count], &mut self.slot)
+    }
+
     /// Makes every label point at its root and adds its extent there. Parents are smaller, so one pass upwards is enough.
+    /// Those that are roots add nothing to themselves: a branch would be mispredicted too often.
+    #[inline(always)]
     pub(super) fn merge(&mut self) {
         let labels = &mut self.labels[..self.count];
         for label in 0..labels.len() {
-            let Label { parent, extent } = labels[label];
-            if parent as usize != label {
-                let root = labels[parent as usize].parent;
-                labels[label].parent = root;
-                labels[root as usize].extent.add(&extent);
-            }
+            let Label { parent, mut extent } = labels[label];
+            let root = labels[parent as usize].parent;
+            extent.area = if parent as usize == label { 0 } else { extent.area };
+            labels[label].parent = root;
+            labels[root as usize].extent.add(&extent);
         }
     }
 
@@ -121,12 +141,12 @@ impl Labels {
         }
         // Not by way of `self`: compilers would look up lists and count again for every run.
         let (labels, mut count) = (&mut self.labels[..room], self.count);
-        for (label, [start, end]) in self.of_run[of_row.clone()].iter_mut().zip(&runs.spans()[of_row]) {
-            labels[count] = Label { parent: count as u32, extent: Extent::none_yet(row_of_plane) };
+        for (label, span) in self.of_run[of_row.clone()].iter_mut().zip(&runs.spans()[of_row]) {
+            labels[count] = Label { parent: count as u32, extent: Extent::default() };
             let is_new = *label == NO_LABEL;
             *label = if is_new { count as u32 } else { *label };
             count += usize::from(is_new);
-            labels[*label as usize].extent.add_run(*start, *end, row_of_plane);
+            labels[*label as usize].extent.add(&Extent::of_run(*span, row_of_plane));
         }
         self.count = count;
     }
@@ -157,9 +177,9 @@ struct WithinBand<'a> {
 impl Join for WithinBand<'_> {
     /// The run above has a label already.
     #[inline(always)]
-    fn join(&mut self, above: usize, below: usize) {
-        let below = self.lower.run_at(below);
-        let (upper, lower) = (self.of_run[self.upper.run_at(above)], self.of_run[below]);
+    fn join(&mut self, column: usize) {
+        let below = self.lower.run_at(column);
+        let (upper, lower) = (self.of_run[self.upper.run_at(column)], self.of_run[below]);
         self.of_run[below] = upper.min(lower);
         if lower != upper && lower != NO_LABEL {
             let (a, b) = (root(self.labels, upper), root(self.labels, lower));
@@ -175,9 +195,12 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
     labels.clear();
     let mut ranks = std::mem::take(&mut labels.ranks);
     let mut contacts = std::mem::take(&mut labels.contacts);
-    let mut above = Row { bits: &[], filled: 0..0 };
-    for (row, (bits, is_blank)) in rows.bits.chunks_exact(rows.words).zip(rows.blank).enumerate() {
-        let below = Row { bits, filled: if *is_blank { 0..0 } else { filled(bits) } };
+    let mut specks = std::mem::take(&mut labels.specks);
+    let mut filled_above = 0..0;
+    for row in 0..rows.count() {
+        specks.drop_from(rows, row);
+        let bits = specks.row(rows, row);
+        let below = Row { bits, filled: if rows.blank[row] { 0..0 } else { filled(bits) } };
         if below.filled.is_empty() {
             runs.end_row();
             continue;
@@ -189,11 +212,14 @@ pub(super) fn label<const EIGHT: bool>(level: Level, rows: &Rows, runs: &mut Run
         if row > 0 && !runs.of_row(row - 1).is_empty() {
             let Labels { of_run, labels, .. } = &mut *labels;
             let mut within = WithinBand { upper: previous, lower: current, of_run, labels };
+            let above = Row { bits: specks.row(rows, row - 1), filled: filled_above };
             join_rows::<EIGHT, _>(level, &above, &below, &mut contacts, &mut within);
         }
         labels.finish_row(runs, row, (rows.first + row) as u16);
-        above = below;
+        filled_above = below.filled;
+        specks.look_at(row, runs.of_row(row).len(), rows.words);
     }
     labels.ranks = ranks;
     labels.contacts = contacts;
+    labels.specks = specks;
 }

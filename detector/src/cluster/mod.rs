@@ -13,6 +13,7 @@ mod labels;
 mod profiles;
 mod runs;
 mod seams;
+mod specks;
 
 pub(crate) use components::{Component, Limits};
 pub(crate) use labels::Connectivity;
@@ -55,7 +56,7 @@ impl Clusters {
         let Self { bands, seams, crossing, components } = self;
         let bands = &mut bands[..cut.bands];
         threads.each(bands.iter_mut().enumerate(), |(number, band)| {
-            band.label(level, cut.rows_of(plane, number), plane.connectivity);
+            band.label(level, cut.rows_of(plane, limits, number), plane.connectivity);
         });
         seams.join(level, plane, cut, bands, limits);
         threads.each(bands.iter_mut().enumerate(), |(number, band)| {

@@ -99,12 +99,12 @@ impl Columns {
     }
 }
 
-/// Finds the run that a column of a row lies in, by counting the bits where runs start or end.
+/// Finds the run that a column of a row lies in or right behind, by counting the bits where runs start or end.
 #[derive(Default)]
 pub(super) struct Ranks {
     /// Set where a run starts and where one has ended. Only the words in which the row's runs are; others are stale.
     edges: Vec<u64>,
-    /// How many starts and ends there are before each word.
+    /// How many starts and ends there are before each word, less one.
     before: Vec<u32>,
 }
 
@@ -114,22 +114,22 @@ impl Ranks {
     pub(super) fn fill(&mut self, bits: &[u64], filled: &Filled, runs_before: u32) {
         self.edges.resize(bits.len(), 0);
         self.before.resize(bits.len(), 0);
-        let (mut carry, mut before) = (0, 2 * runs_before);
+        let (mut carry, mut before) = (0, (2 * runs_before).wrapping_sub(1));
         let (edges, counts) = (&mut self.edges[filled.clone()], &mut self.before[filled.clone()]);
         for ((word, edges), count) in bits[filled.clone()].iter().zip(edges).zip(counts) {
             *edges = word ^ (word << 1 | carry);
             carry = word >> 63;
             *count = before;
-            before += edges.count_ones();
+            before = before.wrapping_add(edges.count_ones());
         }
     }
 
-    /// The number of the run that holds `column`, which must be set.
+    /// The number of the run that holds `column` or ends right before it; there must be one.
     #[inline(always)]
     pub(super) fn run_at(&self, column: usize) -> usize {
         let up_to = self.edges[column / 64] << (63 - column % 64);
-        // Two for each run before, and the start of this one.
-        (self.before[column / 64] + up_to.count_ones()) as usize / 2
+        // Two for each run before, and the start of this one less one, and its end if that is there.
+        self.before[column / 64].wrapping_add(up_to.count_ones()) as usize / 2
     }
 }
 
@@ -147,6 +147,9 @@ mod tests {
         runs.push_row(Level::best(), &bits, &filled(&bits), &mut ranks);
         assert_eq!(runs.spans(), [[65, 67], [127, 130]]);
         assert_eq!(runs.of_row(0), 0..2);
-        assert_eq!([65, 66, 127, 128, 129].map(|column| ranks.run_at(column)), [0, 0, 1, 1, 1]);
+        assert_eq!(
+            [65, 66, 67, 127, 128, 129, 130].map(|column| ranks.run_at(column)),
+            [0, 0, 0, 1, 1, 1, 1]
+        );
     }
 }

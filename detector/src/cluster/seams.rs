@@ -66,11 +66,11 @@ struct AcrossSeam<'a> {
 
 impl Join for AcrossSeam<'_> {
     #[inline(always)]
-    fn join(&mut self, above: usize, below: usize) {
-        let of_side = |side: usize, column: usize| {
+    fn join(&mut self, column: usize) {
+        let of_side = |side: usize| {
             key(self.upper + side, self.labels[side].component_of(self.ranks[side].run_at(column)))
         };
-        let pair = [of_side(0, above), of_side(1, below)];
+        let pair = [of_side(0), of_side(1)];
         if self.pairs.last() != Some(&pair) {
             self.pairs.push(pair);
         }
@@ -171,7 +171,7 @@ impl Seams {
             let first = &self.crossing[parent];
             if first.component.is_some() {
                 let offset = self.pieces[first.piece + band - first.band].offset;
-                let top = usize::from(first.extent.top).max(band * cut.rows);
+                let top = usize::from(first.extent.top()).max(band * cut.rows);
                 self.crossing[place].slot = slot(offset, top as u16, band * cut.rows);
             }
         }
@@ -179,7 +179,7 @@ impl Seams {
 
     /// Makes room for a component in every band that it lies in; returns its rows.
     fn lay_out(&mut self, extent: &Extent, cut: Cut) -> u32 {
-        let (top, end) = (usize::from(extent.top), usize::from(extent.bottom) + 1);
+        let (top, end) = (usize::from(extent.top()), usize::from(extent.bottom()) + 1);
         for band in top / cut.rows..=(end - 1) / cut.rows {
             let rows = end.min((band + 1) * cut.rows) - top.max(band * cut.rows);
             self.pieces.push(Piece { band, offset: self.offsets[band], rows });

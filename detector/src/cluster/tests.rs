@@ -147,6 +147,32 @@ fn random_planes_have_the_components_that_a_flood_fill_finds_at_every_level() {
     }
 }
 
+#[test]
+fn noise_has_the_same_components_without_its_specks() {
+    let (width, height) = (200, 70);
+    let mut state = 44u64;
+    let mut threads = Threads::start(1).unwrap();
+    for density in [1, 2, 3] {
+        let bits = random_bits(width, height, density, &mut state);
+        let plane = plane(&bits, width, height, Connectivity::Four);
+        let mut kept = |area| {
+            let mut clusters = Clusters::default();
+            clusters.fill(Level::best(), &mut threads, &plane, &Limits { side: 1, area });
+            let large = clusters.components().iter().filter(|component| component.area > 1);
+            let of = |component: &Component| {
+                (
+                    component.area,
+                    component.left,
+                    clusters.profile(component).top,
+                    clusters.profile(component).spans.to_vec(),
+                )
+            };
+            large.map(of).collect::<Vec<_>>()
+        };
+        assert_eq!(kept(2), kept(1), "density {density}");
+    }
+}
+
 /// Everything that is known of the kept components, in their order.
 fn outlines(clusters: &Clusters) -> Vec<([u16; 4], usize, Vec<[u16; 2]>)> {
     let of = |component: &Component| {
