@@ -158,8 +158,10 @@ fn fit_component<R: Raster>(
 ) -> Option<[[f64; 2]; 4]> {
     let rough = source.rough();
     let rough_side = rough.side * source.shortest_side as f32;
-    // Four points of the outline lie in its box, and no convex quad is longer than the box around it.
-    if ((component.width() + component.height()) as f32) < 2.0 * rough_side {
+    let (width, height) = (component.width(), component.height());
+    // Four points of the outline lie in its box: no convex quad is longer than the box around it, and of those that are as narrow
+    // as a side is short none can be read.
+    if ((width + height) as f32) < 2.0 * rough_side || (width.min(height) as f32) < rough_side {
         return None;
     }
     let profile = source.clusters.profile(component);
@@ -167,6 +169,9 @@ fn fit_component<R: Raster>(
         return None;
     }
     scratch.outline.fill(&profile, component);
+    if scratch.outline.area < rough.area * (source.shortest_side * source.shortest_side) as f32 {
+        return None;
+    }
     let shows_cells = shows_cells(source, component);
     if shows_cells && component.area as f32 > rules::FULLEST * scratch.outline.area {
         return None;

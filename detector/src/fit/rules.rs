@@ -29,6 +29,8 @@ pub(super) struct Rough {
     /// Share of the shortest side of a tag that the sides between four points of the outline must have: fitting moves a corner
     /// by a pixel or two.
     pub(super) side: f32,
+    /// Share of the square on that shortest side that the outline must hold.
+    pub(super) area: f32,
     /// Factor of [`longest_outline`].
     pub(super) length: f32,
     /// Factor of [`outline_distance`].
@@ -36,12 +38,12 @@ pub(super) struct Rough {
 }
 
 /// Spares two thirds of the fits in noise.
-pub(super) const IN_PICTURES: Rough = Rough { side: 0.6, length: 1.0, distance: 1.0 };
+pub(super) const IN_PICTURES: Rough = Rough { side: 0.6, area: 0.25, length: 1.0, distance: 1.0 };
 /// In crowded frames: spares another half of the fits in noise. If all frames were taken for crowded, 6 of 1,003 tags would be
 /// lost at decimation 1, and 19 of 1,954 at 1.5 to 3.
-pub(super) const IN_CROWDS: Rough = Rough { side: 0.8, length: 0.8, distance: 0.75 };
+pub(super) const IN_CROWDS: Rough = Rough { side: 0.8, area: 0.5, length: 0.8, distance: 0.75 };
 /// In crowded frames of a search that asks for hardly more contrast than there is noise: there outlines of tags are as rough as others.
-pub(super) const IN_NOISE: Rough = Rough { side: 0.8, length: 1.0, distance: 1.0 };
+pub(super) const IN_NOISE: Rough = Rough { side: 0.8, area: 0.25, length: 1.0, distance: 1.0 };
 
 /// How far the area of the outline may be from that of the quad of its extreme points.
 pub(super) fn area_tolerance(area: f32, width: usize, height: usize) -> f32 {
