@@ -2,7 +2,7 @@
 //! are fitted and split again where their lines meet.
 
 use super::edge::Edges;
-use super::line::{Line, Moments};
+use super::line::{Line, Moments, lines};
 use super::rules;
 use crate::binarize::raster::Raster;
 use crate::cluster::Profile;
@@ -104,13 +104,13 @@ impl Contour {
         }
     }
 
-    /// The line through the points from `first` up to but not including `end`, around the contour.
+    /// The sums of the points from `first` up to but not including `end`, around the contour.
     #[inline(always)]
-    fn line(&self, first: usize, end: usize) -> Line {
+    fn moments(&self, first: usize, end: usize) -> Moments {
         let count = self.xs.len();
         let (first, end) = (first % count, end % count);
         let wrapped = if end <= first { self.before[count] } else { Moments::default() };
-        self.before[end].since(&self.before[first], &wrapped).line()
+        self.before[end].since(&self.before[first], &wrapped)
     }
 
     /// The corners, from outline points that lie near them (`four`, as indices of the outline's points).
@@ -145,7 +145,7 @@ impl Contour {
     #[inline(always)]
     fn arc_lines(&self, splits: &[usize; 4]) -> Option<[Line; 4]> {
         let count = self.xs.len();
-        let mut lines = [Line::default(); 4];
+        let mut moments = [Moments::default(); 4];
         for k in 0..4 {
             let (first, mut last) = (splits[k], splits[(k + 1) % 4]);
             if last <= first {
@@ -156,9 +156,9 @@ impl Contour {
                 return None;
             }
             let end = if length < 8 { length.min(6) / 4 } else { (length / 10).max(1) };
-            lines[k] = self.line(first + end, last - end + 1);
+            moments[k] = self.moments(first + end, last - end + 1);
         }
-        Some(lines)
+        Some(lines(&moments))
     }
 
     /// For each corner the contour point nearest to it, between the middles of the arcs that meet there.
@@ -182,26 +182,23 @@ impl Contour {
     fn nearest_point(&self, first: usize, last: usize, corner: [f64; 2]) -> usize {
         let count = self.xs.len();
         let (x, y) = (corner[0] as f32, corner[1] as f32);
-        let (mut nearest, mut least) = (first, f32::MAX);
+        // Distances are not negative, so that their bits are in their order; the step says which of equal ones is the first.
+        let mut nearest = u64::MAX;
         let mut index = first;
         for step in 0..=last - first {
-            if index >= count {
-                index -= count;
-            }
+            index = if index >= count { index - count } else { index };
             let (dx, dy) = (self.xs[index] - x, self.ys[index] - y);
-            let distance = dx * dx + dy * dy;
-            if distance < least {
-                (nearest, least) = (first + step, distance);
-            }
+            nearest = nearest.min(u64::from((dx * dx + dy * dy).to_bits()) << 32 | step as u64);
             index += 1;
         }
-        nearest % count
+        (first + (nearest & u64::from(u32::MAX)) as usize) % count
     }
 }
 
 fn lines_are_straight(lines: &[Line; 4], corners: &[[f64; 2]; 4]) -> bool {
     (0..4).all(|k| {
         let ([ax, ay], [bx, by]) = (corners[k], corners[(k + 1) % 4]);
-        lines[k].error as f32 <= rules::side_error((bx - ax).hypot(by - ay) as f32)
+        let (dx, dy) = (bx - ax, by - ay);
+        lines[k].error as f32 <= rules::side_error((dx * dx + dy * dy).sqrt() as f32)
     })
 }

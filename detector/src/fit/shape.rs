@@ -10,7 +10,7 @@ pub(super) fn is_tag_like(corners: &[[f64; 2]; 4], size: [f64; 2], shortest_side
     (0..4).all(|k| {
         let (a, b, c) = (corners[k], corners[(k + 1) % 4], corners[(k + 2) % 4]);
         let (ux, uy, vx, vy) = (b[0] - a[0], b[1] - a[1], c[0] - b[0], c[1] - b[1]);
-        let (u, v) = (ux.hypot(uy), vx.hypot(vy));
+        let (u, v) = ((ux * ux + uy * uy).sqrt(), (vx * vx + vy * vy).sqrt());
         let near_box = a[0].abs() <= reach[0] && a[1].abs() <= reach[1];
         let turns_right = ux * vy - uy * vx > 0.0;
         let not_sharp = (ux * vx + uy * vy).abs() <= SHARPEST_COSINE * u * v;
