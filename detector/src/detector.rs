@@ -8,10 +8,10 @@ use crate::cluster::{Clusters, Connectivity, Limits, Plane};
 use crate::detection::Detection;
 use crate::fit::{Fit, Quad, Source, fit_quads};
 use crate::identify::{Identify, Reader, Scene, identify};
-use crate::settings::{Sampling, Search, Settings, SettingsError};
+use crate::settings::{Decimation, Sampling, Search, Settings, SettingsError};
 use crate::simd::Level;
 use crate::threads::Threads;
-use crate::view::LumaView;
+use crate::view::{Geometry, LumaView};
 
 /// A phase of detection, for observers that measure time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +103,16 @@ impl Detector {
     /// the last once for each size of thresholds that [`Settings::search`] asks for). Only the last where so few values are left of a
     /// frame that they hold no tag.
     pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
+        self.buffers.quads.clear();
+        self.detections.clear();
+        if may_hold_a_quad(view, self.settings.decimation) {
+            self.search(view, &mut done);
+        }
+        done(Phase::Identify);
+        &self.detections
+    }
+
+    fn search(&mut self, view: &LumaView, done: &mut impl FnMut(Phase)) {
         let search = GridSearch {
             scales: scales(self.settings.search),
             readers: &self.readers,
@@ -111,14 +121,12 @@ impl Detector {
             factor: self.settings.decimation.factor(),
             bright_connectivity: bright_connectivity(&self.settings),
             buffers: &mut self.buffers,
-            done: &mut done,
+            done,
         };
         with_raster(view, self.settings.decimation, self.settings.sampling, search);
         let scene = Scene { view, readers: &self.readers, settings: &self.settings };
         let Buffers { quads, identify: buffers, .. } = &mut self.buffers;
         identify(self.level, &mut self.threads, &scene, quads, buffers, &mut self.detections);
-        done(Phase::Identify);
-        &self.detections
     }
 }
 
@@ -138,7 +146,6 @@ impl<F: FnMut(Phase)> OnRaster for GridSearch<'_, F> {
     type Output = ();
 
     fn on<R: Raster>(mut self, raster: R) {
-        self.buffers.quads.clear();
         if raster.width().min(raster.height()) < LEAST_SIDE {
             return;
         }
@@ -183,6 +190,12 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
 
 /// Fewer values of the search grid along a side hold no quad.
 const LEAST_SIDE: usize = 4;
+
+/// Whether there may be enough values of the search grid: asked before anything is made ready for it.
+fn may_hold_a_quad(view: &LumaView, decimation: Decimation) -> bool {
+    let Geometry { width, height, .. } = view.geometry();
+    width.min(height) as f64 / decimation.factor() > (LEAST_SIDE - 1) as f64
+}
 /// Least contrast of a thorough search, grey levels: with less, fitted sides say nothing.
 const LEAST_CONTRAST: u8 = 5;
 

@@ -84,7 +84,7 @@ fn least_to_deal(refinement: Refinement) -> usize {
     }
 }
 
-/// Makes a detection of every quad that is a tag and resolves overlaps.
+/// Adds a detection of every quad that is a tag to `detections`, which is empty, and resolves overlaps.
 pub(crate) fn identify(
     level: Level,
     threads: &mut Threads,
@@ -93,7 +93,6 @@ pub(crate) fn identify(
     identify: &mut Identify,
     detections: &mut Vec<Detection>,
 ) {
-    detections.clear();
     if quads.is_empty() {
         return;
     }
