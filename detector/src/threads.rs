@@ -6,8 +6,9 @@
 //! worker 2    └ (asleep)  ┴─┘       inside any more, and who wakes too late finds the door closed
 //! ```
 //!
-//! Who takes which part is chance, so results must not depend on it: parts write to places of their own, or say which
-//! number they have. Nothing is allocated after the start. `docs/decisions/0007-threads.md` says why it is done this way.
+//! The caller takes parts from the front, workers from the back: so a thread mostly finds near what it made itself in the phase
+//! before. Who takes which part is chance all the same, and results must not depend on it: parts write to places of their own, or say
+//! which number they have. Nothing is allocated after the start. `docs/decisions/0007-threads.md` says why it is done this way.
 
 #![allow(
     unsafe_code,
@@ -22,8 +23,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 /// A caller's work, as long as the door is open.
-type Work = &'static (dyn Fn() + Sync);
+type Work = &'static (dyn Fn(End) + Sync);
 type Panic = Box<dyn Any + Send>;
+
+/// Where a thread takes its parts.
+#[derive(Clone, Copy)]
+enum End {
+    Front,
+    Back,
+}
 
 /// How often a thread looks for what it waits for before it sleeps: some tens of microseconds, which is what waking costs. The
 /// phases of a frame follow each other more quickly.
@@ -102,7 +110,7 @@ impl Threads {
     pub(crate) fn deal<S: Send, P: Send>(
         &mut self,
         scratches: &mut [S],
-        parts: impl ExactSizeIterator<Item = P> + Send,
+        parts: impl ExactSizeIterator<Item = P> + DoubleEndedIterator + Send,
         work: impl Fn(&mut S, P) + Sync,
     ) {
         let helpers = parts.len().saturating_sub(1);
@@ -110,9 +118,9 @@ impl Threads {
             return parts.for_each(|part| work(&mut scratches[0], part));
         }
         let (scratches, parts) = (Mutex::new(scratches.iter_mut()), Mutex::new(parts));
-        self.share(helpers, &|| {
-            let Some(scratch) = next_of(&scratches) else { return };
-            while let Some(part) = next_of(&parts) {
+        self.share(helpers, &|end| {
+            let Some(scratch) = next_of(&scratches, end) else { return };
+            while let Some(part) = next_of(&parts, end) {
                 work(scratch, part);
             }
         });
@@ -121,7 +129,7 @@ impl Threads {
     /// As [`Self::deal`] for work that needs nothing of its own.
     pub(crate) fn each<P: Send>(
         &mut self,
-        parts: impl ExactSizeIterator<Item = P> + Send,
+        parts: impl ExactSizeIterator<Item = P> + DoubleEndedIterator + Send,
         work: impl Fn(P) + Sync,
     ) {
         self.deal(&mut [(); MOST], parts, |(), part| work(part));
@@ -129,15 +137,15 @@ impl Threads {
 
     /// Calls `work` here and on those of at most `helpers` woken workers that come before it is done here; returns when
     /// nobody is inside any more.
-    fn share(&mut self, helpers: usize, work: &(dyn Fn() + Sync)) {
+    fn share(&mut self, helpers: usize, work: &(dyn Fn(End) + Sync)) {
         // SAFETY: only the lifetime is changed. Workers get the reference from the open door alone, under its lock, and
         // are counted as inside until their call has ended, also by a panic. `Closing` removes it from the door under the
         // same lock and then waits until nobody is inside; that happens before this function returns, and when `work`
         // panics here, too. So nobody uses `work` after the borrow has ended.
-        let lent = unsafe { std::mem::transmute::<&(dyn Fn() + Sync), Work>(work) };
+        let lent = unsafe { std::mem::transmute::<&(dyn Fn(End) + Sync), Work>(work) };
         self.shared.open(lent, helpers);
         let closing = Closing(&self.shared);
-        work();
+        work(End::Front);
         drop(closing);
         let panic = self.shared.door().panic.take();
         if let Some(panic) = panic {
@@ -146,9 +154,13 @@ impl Threads {
     }
 }
 
-fn next_of<T>(parts: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+fn next_of<T>(parts: &Mutex<impl DoubleEndedIterator<Item = T>>, end: End) -> Option<T> {
     // An iterator over parts does not panic; if one did, what it still gives is as good as before.
-    parts.lock().unwrap_or_else(PoisonError::into_inner).next()
+    let mut parts = parts.lock().unwrap_or_else(PoisonError::into_inner);
+    match end {
+        End::Front => parts.next(),
+        End::Back => parts.next_back(),
+    }
 }
 
 impl Drop for Threads {
@@ -205,7 +217,7 @@ impl Shared {
     fn attend(&self) {
         let mut seen = 0;
         while let Some(work) = self.enter(&mut seen) {
-            let panic = catch_unwind(AssertUnwindSafe(work)).err();
+            let panic = catch_unwind(AssertUnwindSafe(|| work(End::Back))).err();
             self.leave(panic);
         }
     }

@@ -1,5 +1,7 @@
 //! Bit planes of dark and of bright pixels, made in strips that threads share.
 
+use std::slice::ChunksMut;
+
 use super::cuts::Cuts;
 use super::noise;
 use super::raster::Raster;
@@ -172,22 +174,54 @@ impl Planes {
         &mut self,
         request: &Request<R, TILE>,
         length: usize,
-    ) -> impl ExactSizeIterator<Item = (usize, Part<'_>)> + Send {
+    ) -> impl ExactSizeIterator<Item = (usize, Part<'_>)> + DoubleEndedIterator + Send {
         let Self { words, dark, bright, blank, cuts, scratches, .. } = self;
         let of_strip = length * TILE * *words;
-        let (mut dark, mut bright) = (dark.chunks_mut(of_strip), bright.chunks_mut(of_strip));
         let Colours { dark: wants_dark, bright: wants_bright } = request.colours;
         let strips = cuts.chunks_mut(length).zip(blank.chunks_mut(length * TILE));
-        let parts = scratches.iter_mut().zip(strips).map(move |(scratch, (cuts, blank))| Part {
-            dark: dark.next().filter(|_| wants_dark),
-            bright: bright.next().filter(|_| wants_bright),
-            blank,
-            cuts,
-            scratch,
-        });
-        parts.enumerate()
+        let strips = scratches.iter_mut().zip(strips).enumerate();
+        let dark = PlaneParts::new(dark, wants_dark, of_strip, strips.len());
+        let bright = PlaneParts::new(bright, wants_bright, of_strip, strips.len());
+        strips.zip(dark.zip(bright)).map(|((number, (scratch, (cuts, blank))), (dark, bright))| {
+            (number, Part { dark, bright, blank, cuts, scratch })
+        })
     }
 }
+
+/// A plane's part for each of some strips, or that many times none if it is not wanted.
+struct PlaneParts<'p> {
+    parts: ChunksMut<'p, u64>,
+    strips: usize,
+}
+
+impl<'p> PlaneParts<'p> {
+    fn new(plane: &'p mut [u64], is_wanted: bool, of_strip: usize, strips: usize) -> Self {
+        let plane = if is_wanted { plane } else { &mut [] };
+        Self { parts: plane.chunks_mut(of_strip), strips }
+    }
+}
+
+impl<'p> Iterator for PlaneParts<'p> {
+    type Item = Option<&'p mut [u64]>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.strips = self.strips.checked_sub(1)?;
+        Some(self.parts.next())
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.strips, Some(self.strips))
+    }
+}
+
+impl DoubleEndedIterator for PlaneParts<'_> {
+    fn next_back(&mut self) -> Option<Self::Item> {
+        self.strips = self.strips.checked_sub(1)?;
+        Some(self.parts.next_back())
+    }
+}
+
+impl ExactSizeIterator for PlaneParts<'_> {}
 
 #[cfg(test)]
 mod tests {
