@@ -35,6 +35,8 @@ const TURNS: usize = 4;
 
 /// What a thread needs for a strip.
 #[derive(Default)]
+// In cache lines of its own: its neighbours in a list belong to other threads.
+#[repr(align(128))]
 pub(super) struct Scratch {
     /// Extremes of some rows of tiles in turn, and behind them those that were measured: few enough to stay in the nearest caches.
     minima: Vec<u8>,

@@ -9,6 +9,8 @@ use crate::simd::{Kernel, Level};
 
 /// What is known of some rows: their runs, labels of their own, and the outlines as far as they lie in them.
 #[derive(Default)]
+// In cache lines of its own: its neighbours in a list belong to other threads.
+#[repr(align(128))]
 pub(super) struct Band {
     pub(super) runs: Runs,
     pub(super) labels: Labels,

@@ -44,6 +44,8 @@ pub(crate) struct Fit {
 
 /// What a thread needs for one component after the other.
 #[derive(Default)]
+// In cache lines of its own: its neighbours in a list belong to other threads.
+#[repr(align(128))]
 struct Scratch {
     outline: Outline,
     contour: Contour,

@@ -45,6 +45,8 @@ pub(crate) struct Identify {
 
 /// What a thread needs for one quad after the other.
 #[derive(Default)]
+// In cache lines of its own: its neighbours in a list belong to other threads.
+#[repr(align(128))]
 struct Scratch {
     cells: Vec<f32>,
     /// Families that may still read a quad, by their place.
