@@ -211,6 +211,7 @@ mod tests {
                 no_loan: 0,
                 searched_and_sent: [0; 2],
                 stored: Default::default(),
+                left: Vec::new(),
             }
         };
         let [met, unsure, above] = [

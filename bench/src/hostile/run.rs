@@ -85,6 +85,8 @@ pub(crate) struct Outcome {
     pub(super) searched_and_sent: [u64; 2],
     /// Before the first attack and after the last one.
     pub(super) stored: [Stored; 2],
+    /// Files in shared memory after the last attack that were not there before the first.
+    pub(super) left: Vec<String>,
 }
 
 /// An error is whatever ends before, ends badly, or leaves something after the end.
@@ -100,6 +102,7 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
         honest.measure(plan, Some((attack, Manner::Hostile, plan.seed)))?;
     }
     let before = honest.at_rest()?;
+    let files_before = honest.machine.domain.leftovers()?;
     let mut outcome = Outcome {
         quiet: Vec::new(),
         attacks: plan.attacks.iter().map(|&attack| Attacked::new(attack)).collect(),
@@ -107,9 +110,12 @@ pub(crate) fn run(plan: &Plan) -> Result<Outcome, Failure> {
         no_loan: 0,
         searched_and_sent: [0; 2],
         stored: [before, before],
+        left: Vec::new(),
     };
     attack_all(plan, &mut honest, &mut outcome)?;
     outcome.stored[1] = honest.settled(&before)?;
+    outcome.left = honest.machine.domain.leftovers()?;
+    outcome.left.retain(|file| !files_before.contains(file));
     let statistics = DetectorControl::connect(&honest.machine.reach("cam0", "main"))?.get()?.statistics;
     outcome.searched_and_sent = [statistics.frames_searched, statistics.messages_sent];
     outcome.no_loan =

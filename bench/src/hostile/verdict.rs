@@ -27,7 +27,10 @@ pub(crate) fn faults(outcome: &Outcome) -> Vec<String> {
     let [before, after] = &outcome.stored;
     // Fewer are none: what the last attacker left may have gone only after the first look.
     if after.files > before.files || after.in_root > before.in_root {
-        faults.push(format!("something is left: {before:?} before the attacks, {after:?} after them"));
+        let new = outcome.left.join(", ");
+        faults.push(format!(
+            "something is left: {before:?} before the attacks, {after:?} after them, new: {new}"
+        ));
     }
     faults
 }
@@ -49,6 +52,7 @@ mod tests {
             no_loan: 0,
             searched_and_sent: [9, 9],
             stored: [Stored::default(); 2],
+            left: Vec::new(),
         };
         spoil(&mut outcome);
         faults(&outcome)
