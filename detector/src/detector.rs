@@ -103,7 +103,6 @@ impl Detector {
     /// the last once for each size of thresholds that [`Settings::search`] asks for). Only the last where so few values are left of a
     /// frame that they hold no tag.
     pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
-        self.buffers.quads.clear();
         self.detections.clear();
         if may_hold_a_quad(view, self.settings.decimation) {
             self.search(view, &mut done);
@@ -112,7 +111,10 @@ impl Detector {
         &self.detections
     }
 
+    /// Not inlined: what it takes to call it need not be near for a frame that holds nothing.
+    #[inline(never)]
     fn search(&mut self, view: &LumaView, done: &mut impl FnMut(Phase)) {
+        self.buffers.quads.clear();
         let search = GridSearch {
             scales: scales(self.settings.search),
             readers: &self.readers,
