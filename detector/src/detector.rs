@@ -196,7 +196,11 @@ const LEAST_SIDE: usize = 4;
 /// Whether there may be enough values of the search grid: asked before anything is made ready for it.
 fn may_hold_a_quad(view: &LumaView, decimation: Decimation) -> bool {
     let Geometry { width, height, .. } = view.geometry();
-    width.min(height) as f64 / decimation.factor() > (LEAST_SIDE - 1) as f64
+    let (side, most_without) = (width.min(height), LEAST_SIDE - 1);
+    match decimation {
+        Decimation::Every(factor) => side > most_without * factor as usize,
+        Decimation::ThreeToTwo => 2 * side > 3 * most_without,
+    }
 }
 /// Least contrast of a thorough search, grey levels: with less, fitted sides say nothing.
 const LEAST_CONTRAST: u8 = 5;
