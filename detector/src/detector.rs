@@ -233,3 +233,36 @@ fn limits(shortest_side: f64) -> Limits {
     let side = (shortest_side.floor() as u16).clamp(LEAST_SIDE as u16, 5);
     Limits { side, area: 16 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values along the grid's shorter side.
+    struct ShorterSide;
+
+    impl OnRaster for ShorterSide {
+        type Output = usize;
+
+        fn on<R: Raster>(self, raster: R) -> usize {
+            raster.width().min(raster.height())
+        }
+    }
+
+    #[test]
+    fn a_frame_with_enough_values_is_always_searched() {
+        let bytes = [0; 64 * 70];
+        for side in 4..=64 {
+            let view = LumaView::grey(&bytes, side, 70).unwrap();
+            let every = (1..=20).map(Decimation::Every);
+            for decimation in every.chain([Decimation::ThreeToTwo]) {
+                for (sampling, _) in Sampling::NAMES {
+                    let has_enough = with_raster(&view, decimation, sampling, ShorterSide) >= LEAST_SIDE;
+                    let is_searched = may_hold_a_quad(&view, decimation);
+                    assert!(is_searched || !has_enough, "{side} pixels, {decimation:?}, {sampling:?}");
+                }
+            }
+        }
+        assert!(!may_hold_a_quad(&LumaView::grey(&bytes, 60, 70).unwrap(), Decimation::Every(20)));
+    }
+}
