@@ -79,7 +79,7 @@ pub(super) struct Labels {
     pub(super) of_run: Vec<u32>,
     /// Longer than there are labels: those from `count` on are free.
     labels: Vec<Label>,
-    /// Where the profile of each label's component begins; filled by `keep_components`.
+    /// Where the profile of each label's component begins; filled by `Keeping::keep`.
     pub(super) slot: Vec<u32>,
     count: usize,
     ranks: [Ranks; 2],
