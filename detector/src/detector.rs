@@ -216,11 +216,12 @@ fn scales(search: Search) -> &'static [Scale] {
     }
 }
 
-/// Decimation breaks the black ring around a white border where it is a value wide, and across corners the border would run into
-/// whatever lies outside. With 4-connected bright pixels such a ring still holds. The darkest of pixels keep it whole.
+/// The black ring around a white border breaks where it is a value wide, and across corners the border would run into whatever lies
+/// outside. With 4-connected bright pixels such a ring still holds. The darkest of pixels keep it whole, and make the white border
+/// thin.
 fn bright_connectivity(settings: &Settings) -> Connectivity {
-    let breaks_rings = settings.decimation.factor() > 1.0 && settings.sampling != Sampling::Darkest;
-    if breaks_rings { Connectivity::Four } else { Connectivity::Eight }
+    let widens_rings = settings.decimation.factor() >= 2.0 && settings.sampling == Sampling::Darkest;
+    if widens_rings { Connectivity::Eight } else { Connectivity::Four }
 }
 
 /// The shortest side of a tag in pixels of the search grid: one full-resolution pixel a cell, but enough of them for lines.

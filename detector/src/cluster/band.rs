@@ -1,7 +1,6 @@
 //! Some rows of a plane, which one thread works on.
 
-use super::Plane;
-use super::components::{Component, Keeping, Limits};
+use super::components::{Component, Keeping};
 use super::labels::{Connectivity, Labels, label};
 use super::profiles::{Profiles, fill_profiles};
 use super::runs::Runs;
@@ -39,34 +38,6 @@ impl<'a> Rows<'a> {
     #[inline(always)]
     pub(super) fn row(&self, row: usize) -> &'a [u64] {
         &self.bits[row * self.words..][..self.words]
-    }
-}
-
-/// How a plane is cut into bands: all of the same number of rows but for the last.
-#[derive(Clone, Copy)]
-pub(super) struct Cut {
-    pub(super) rows: usize,
-    pub(super) bands: usize,
-}
-
-impl Cut {
-    /// Cuts a plane into about so many bands.
-    pub(super) fn new(height: usize, bands: usize) -> Self {
-        let rows = height.div_ceil(bands);
-        Self { rows, bands: height.div_ceil(rows) }
-    }
-
-    /// The rows of a band.
-    pub(super) fn rows_of<'a>(&self, plane: &Plane<'a>, limits: &Limits, band: usize) -> Rows<'a> {
-        let (first, words) = (band * self.rows, plane.words);
-        let end = (first + self.rows).min(plane.height);
-        Rows {
-            bits: &plane.bits[first * words..end * words],
-            blank: &plane.blank[first..end],
-            words,
-            first,
-            may_drop_specks: limits.area > 1 && plane.connectivity == Connectivity::Four,
-        }
     }
 }
 

@@ -3,12 +3,13 @@
 //! The paper clusters the boundary points between pairs of components. The outer border of a component touches exactly
 //! one component of the other colour, so the outline of one component (black inside for a normal border, white for a
 //! reversed one) says the same, without points, pairs, hashing or sorting. An outline is kept as a row profile: where
-//! the component's first run starts and its last run ends in each row. Dark components are 4-connected and bright ones
-//! 8-connected, as they must be for their borders to match.
+//! the component's first run starts and its last run ends in each row. Pixels are 4-connected, so that a border does not run across
+//! a corner into what lies outside; bright ones of the darkest values of a decimated frame 8-connected, since these make borders thin.
 
 mod band;
 mod components;
 mod contacts;
+mod cut;
 mod labels;
 mod profiles;
 mod runs;
@@ -21,8 +22,9 @@ pub(crate) use profiles::Profile;
 
 use crate::simd::Level;
 use crate::threads::Threads;
-use band::{Band, Cut};
+use band::Band;
 use components::{Keeping, Place};
+use cut::{Cut, LEAST_ROWS};
 use profiles::Profiles;
 use seams::Seams;
 
@@ -30,6 +32,7 @@ use seams::Seams;
 #[derive(Default)]
 pub(crate) struct Clusters {
     bands: Vec<Band>,
+    cut: Cut,
     seams: Seams,
     /// Of the components that cross from band to band.
     crossing: Profiles,
@@ -38,23 +41,23 @@ pub(crate) struct Clusters {
 
 /// Bands that a thread is dealt if all take the same time.
 const BANDS_A_THREAD: usize = 2;
-/// A plane of fewer pixels is searched before another thread is awake, and bands of fewer rows are not worth their seams.
+/// A plane of fewer pixels is searched before another thread is awake.
 const LEAST_TO_DEAL: usize = 250_000;
-const LEAST_ROWS: usize = 32;
 
 impl Clusters {
     /// Finds the components of `plane` (`words` words a row) that `limits` allow, in the order of their first runs.
     pub(crate) fn fill(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits) {
-        let cut = cut(plane, threads);
-        self.fill_cut(level, threads, plane, limits, cut);
+        let known = self.cut.bands().min(self.bands.len());
+        self.cut.by_runs(plane.height, bands(plane, threads), &self.bands[..known]);
+        self.fill_cut(level, threads, plane, limits);
     }
 
-    fn fill_cut(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits, cut: Cut) {
-        if self.bands.len() < cut.bands {
-            self.bands.resize_with(cut.bands, Band::default);
+    fn fill_cut(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits) {
+        if self.bands.len() < self.cut.bands() {
+            self.bands.resize_with(self.cut.bands(), Band::default);
         }
-        let Self { bands, seams, crossing, components } = self;
-        let bands = &mut bands[..cut.bands];
+        let Self { bands, cut, seams, crossing, components } = self;
+        let bands = &mut bands[..cut.bands()];
         threads.each(bands.iter_mut().enumerate(), |(number, band)| {
             band.label(level, cut.rows_of(plane, limits, number), plane.connectivity);
         });
@@ -64,7 +67,7 @@ impl Clusters {
                 plane,
                 limits,
                 band: number,
-                first_row: number * cut.rows,
+                first_row: cut.rows(number).start,
                 crossing: seams.of_band(number),
                 offset: seams.offset(number),
             };
@@ -101,10 +104,10 @@ fn gather_components(bands: &mut [Band], components: &mut Vec<Component>) {
 }
 
 /// Bands for as many threads as there are, where there is enough to do for them.
-fn cut(plane: &Plane, threads: &Threads) -> Cut {
+fn bands(plane: &Plane, threads: &Threads) -> usize {
     let is_worth_it = threads.count() > 1 && plane.width * plane.height >= LEAST_TO_DEAL;
     let most = (plane.height / LEAST_ROWS).max(1);
-    Cut::new(plane.height, if is_worth_it { (BANDS_A_THREAD * threads.count()).min(most) } else { 1 })
+    if is_worth_it { (BANDS_A_THREAD * threads.count()).min(most) } else { 1 }
 }
 
 /// One bit plane and how its pixels connect.

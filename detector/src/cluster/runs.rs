@@ -49,6 +49,24 @@ impl Runs {
         self.first_of_row[row] as usize..self.first_of_row[row + 1] as usize
     }
 
+    /// The number of runs before a row.
+    pub(super) fn before(&self, row: usize) -> usize {
+        self.first_of_row.get(row).map_or(0, |runs| *runs as usize)
+    }
+
+    /// The first row for which `is_above`, of a row and the number of runs before it, is no longer true.
+    pub(super) fn row_at(&self, is_above: impl Fn(usize, usize) -> bool) -> usize {
+        let (mut low, mut high) = (0, self.rows());
+        while low < high {
+            let middle = low.midpoint(high);
+            match is_above(middle, self.before(middle)) {
+                true => low = middle + 1,
+                false => high = middle,
+            }
+        }
+        low
+    }
+
     /// Number of rows that have been pushed.
     pub(super) fn rows(&self) -> usize {
         self.first_of_row.len().saturating_sub(1)

@@ -4,9 +4,10 @@
 //! labels at seams is enough, and one thread for it.
 
 use super::Plane;
-use super::band::{Band, Cut};
+use super::band::Band;
 use super::components::{Component, Limits, Place, may_be_a_border, slot};
 use super::contacts::{Contacts, Join, Row, join_rows};
+use super::cut::Cut;
 use super::labels::{Connectivity, Extent, Labels};
 use super::profiles::Profiles;
 use super::runs::{Ranks, filled};
@@ -79,12 +80,12 @@ impl Join for AcrossSeam<'_> {
 
 impl Seams {
     /// Joins what touches across the seams of labelled bands, and decides which of it is kept.
-    pub(super) fn join(&mut self, level: Level, plane: &Plane, cut: Cut, bands: &[Band], limits: &Limits) {
+    pub(super) fn join(&mut self, level: Level, plane: &Plane, cut: &Cut, bands: &[Band], limits: &Limits) {
         self.pairs.clear();
-        if cut.bands == 1 {
+        if cut.bands() == 1 {
             return self.join_nothing(plane);
         }
-        for upper in 0..cut.bands - 1 {
+        for upper in 0..cut.bands() - 1 {
             self.find_pairs(level, plane, cut, bands, upper);
         }
         self.unite(bands);
@@ -99,13 +100,13 @@ impl Seams {
         self.offsets.push(Profiles::first_offset(plane.height));
     }
 
-    fn find_pairs(&mut self, level: Level, plane: &Plane, cut: Cut, bands: &[Band], upper: usize) {
+    fn find_pairs(&mut self, level: Level, plane: &Plane, cut: &Cut, bands: &[Band], upper: usize) {
         let row = |y: usize| {
             let bits = &plane.bits[y * plane.words..][..plane.words];
             Row { bits, filled: filled(bits) }
         };
-        let below = (upper + 1) * cut.rows;
-        let last_row = bands[upper].runs.of_row(cut.rows - 1);
+        let rows = cut.rows(upper);
+        let (below, last_row) = (rows.end, bands[upper].runs.of_row(rows.len() - 1));
         let (above, below) = (row(below - 1), row(below));
         self.ranks[0].fill(above.bits, &above.filled, last_row.start as u32);
         self.ranks[1].fill(below.bits, &below.filled, 0);
@@ -155,11 +156,10 @@ impl Seams {
     }
 
     /// Keeps components within the limits and lays out their pieces.
-    fn decide(&mut self, plane: &Plane, cut: Cut, limits: &Limits) {
+    fn decide(&mut self, plane: &Plane, cut: &Cut, limits: &Limits) {
         self.pieces.clear();
         self.offsets.clear();
-        let rows_of = |band: usize| cut.rows.min(plane.height - band * cut.rows);
-        self.offsets.extend((0..cut.bands).map(|band| Profiles::first_offset(rows_of(band))));
+        self.offsets.extend((0..cut.bands()).map(|band| Profiles::first_offset(cut.rows(band).len())));
         let mut offset = 0;
         for place in 0..self.crossing.len() {
             let Crossing { parent, extent, band, .. } = self.crossing[place];
@@ -171,17 +171,19 @@ impl Seams {
             let first = &self.crossing[parent];
             if first.component.is_some() {
                 let offset = self.pieces[first.piece + band - first.band].offset;
-                let top = usize::from(first.extent.top()).max(band * cut.rows);
-                self.crossing[place].slot = slot(offset, top as u16, band * cut.rows);
+                let first_row = cut.rows(band).start;
+                let top = usize::from(first.extent.top()).max(first_row);
+                self.crossing[place].slot = slot(offset, top as u16, first_row);
             }
         }
     }
 
     /// Makes room for a component in every band that it lies in; returns its rows.
-    fn lay_out(&mut self, extent: &Extent, cut: Cut) -> u32 {
+    fn lay_out(&mut self, extent: &Extent, cut: &Cut) -> u32 {
         let (top, end) = (usize::from(extent.top()), usize::from(extent.bottom()) + 1);
-        for band in top / cut.rows..=(end - 1) / cut.rows {
-            let rows = end.min((band + 1) * cut.rows) - top.max(band * cut.rows);
+        for band in cut.band_of(top)..=cut.band_of(end - 1) {
+            let of_band = cut.rows(band);
+            let rows = end.min(of_band.end) - top.max(of_band.start);
             self.pieces.push(Piece { band, offset: self.offsets[band], rows });
             self.offsets[band] += rows as u32;
         }

@@ -196,15 +196,11 @@ fn planes_cut_into_bands_have_the_same_components_in_the_same_order() {
                 let plane = plane(&bits, width, height, connectivity);
                 for limits in [ALL, Limits { side: 3, area: 6 }] {
                     let mut whole = Clusters::default();
-                    whole.fill_cut(Level::best(), &mut threads, &plane, &limits, Cut::new(height, 1));
+                    whole.cut.evenly(height, 1);
+                    whole.fill_cut(Level::best(), &mut threads, &plane, &limits);
                     for bands in 2..=height.min(12) {
-                        cut_up.fill_cut(
-                            Level::best(),
-                            &mut threads,
-                            &plane,
-                            &limits,
-                            Cut::new(height, bands),
-                        );
+                        cut_up.cut.evenly(height, bands);
+                        cut_up.fill_cut(Level::best(), &mut threads, &plane, &limits);
                         assert_eq!(
                             outlines(&cut_up),
                             outlines(&whole),
@@ -214,5 +210,48 @@ fn planes_cut_into_bands_have_the_same_components_in_the_same_order() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn bands_are_cut_where_the_frame_before_had_as_many_runs() {
+    // Nothing but the lower third has runs: a hundred in each row.
+    let (width, height) = (200, 300);
+    let words = width / 64 + 1;
+    let bits: Vec<u64> = (0..words * height)
+        .map(|word| if word < words * 200 || word % words == words - 1 { 0 } else { 0x5555_5555_5555_5555 })
+        .collect();
+    let plane = plane(&bits, width, height, Connectivity::Four);
+    let mut threads = Threads::start(1).unwrap();
+    let mut clusters = Clusters::default();
+    clusters.cut.evenly(height, 2);
+    clusters.fill_cut(Level::best(), &mut threads, &plane, &ALL);
+    let Clusters { cut, bands, .. } = &mut clusters;
+    cut.by_runs(height, 2, bands);
+    let [upper, lower] = [0, 1].map(|band| cut.rows(band));
+    assert!(upper.start == 0 && upper.end == lower.start && lower.end == height, "{upper:?} {lower:?}");
+    assert!((235..255).contains(&upper.end), "{upper:?}");
+    assert!((0..height).all(|row| cut.rows(cut.band_of(row)).contains(&row)));
+    // Of a plane of another height nothing is known.
+    cut.by_runs(100, 2, bands);
+    assert_eq!([cut.rows(0), cut.rows(1)], [0..50, 50..100]);
+}
+
+#[test]
+fn a_frame_has_the_same_components_whatever_the_frame_before_it_held() {
+    let mut state = 45u64;
+    let (width, height) = (900, 400);
+    let mut threads = Threads::start(3).unwrap();
+    let mut used = Clusters::default();
+    for density in [1, 3, 2, 1] {
+        // Half of it empty, so that the next one is cut elsewhere.
+        let mut bits = random_bits(width, height, density, &mut state);
+        bits[..(width / 64 + 1) * height / 2].fill(0);
+        bits.rotate_left((width / 64 + 1) * 90 * density as usize);
+        let plane = plane(&bits, width, height, Connectivity::Four);
+        used.fill(Level::best(), &mut threads, &plane, &ALL);
+        let mut new = Clusters::default();
+        new.fill(Level::best(), &mut Threads::start(1).unwrap(), &plane, &ALL);
+        assert_eq!(outlines(&used), outlines(&new), "density {density}");
     }
 }
