@@ -6,6 +6,7 @@ mod apriltag_c;
 mod kornia;
 #[cfg(feature = "peers")]
 mod locus;
+mod nothing;
 mod ours;
 mod paper;
 mod python;
@@ -45,6 +46,11 @@ pub(crate) trait Peer {
     fn own_cpu_us(&self) -> Option<f64> {
         None
     }
+}
+
+/// None at all: what it costs to be measured.
+pub(crate) fn none() -> Box<dyn Peer> {
+    Box::new(nothing::Nothing)
 }
 
 /// Our detector with its defaults but for decimation.

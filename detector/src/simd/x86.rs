@@ -58,32 +58,52 @@ fn first_bits(count: usize) -> u64 {
     if count < 64 { (1 << count) - 1 } else { u64::MAX }
 }
 
-/// The lowest byte of each 32-bit lane of `v`, in order.
+/// The lowest bytes of the 32-bit lanes of `v` and then of `w`, in order.
 #[target_feature(enable = "avx2")]
-fn low_bytes_256(v: __m256i) -> [u8; 8] {
-    let pick = _mm256_set1_epi64x(i64::from_le_bytes([0, 4, 8, 12, 0x80, 0x80, 0x80, 0x80]));
-    let packed = _mm256_shuffle_epi8(v, pick);
-    let low = _mm256_extract_epi32::<0>(packed).to_le_bytes();
-    let high = _mm256_extract_epi32::<4>(packed).to_le_bytes();
-    [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
+fn low_bytes_256(v: __m256i, w: __m256i) -> __m128i {
+    let lowest = _mm256_set1_epi32(0xff);
+    let words = _mm256_packus_epi32(_mm256_and_si256(v, lowest), _mm256_and_si256(w, lowest));
+    // Packing keeps to halves: bytes 0-3 of v, 0-3 of w, and again, then 4-7 of both.
+    let bytes = _mm256_packus_epi16(words, words);
+    _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(bytes, _mm256_setr_epi32(0, 4, 1, 5, 0, 0, 0, 0)))
+}
+
+/// In the lowest byte of each 32-bit lane the least and the largest of the tile there, of 32 pixels of each row.
+#[target_feature(enable = "avx2")]
+fn extrema_256(rows: [&[u8]; 4], at: usize) -> [__m256i; 2] {
+    // Not by `map`: its closure would be compiled without these instructions.
+    let (a, b) = (load_256(rows[0], at), load_256(rows[1], at));
+    let (c, d) = (load_256(rows[2], at), load_256(rows[3], at));
+    let mut low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
+    let mut high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
+    low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
+    low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
+    high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
+    high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
+    [low, high]
 }
 
 /// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
+    let mut blocks = Blocks::<64>::of(rows[0].len(), TILE);
+    while let Some(at) = blocks.next() {
+        let ([low, high], [next_low, next_high]) = (extrema_256(rows, at), extrema_256(rows, at + 32));
+        store_128(low_bytes_256(low, next_low), &mut minima[at / TILE..]);
+        store_128(low_bytes_256(high, next_high), &mut maxima[at / TILE..]);
+    }
+    if blocks.end > 0 { blocks.end } else { narrow_tile_extrema_avx2(rows, minima, maxima) }
+}
+
+/// As [`tile_extrema_avx2`], for rows of fewer pixels than two vectors.
+#[target_feature(enable = "avx2")]
+fn narrow_tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
     let mut blocks = Blocks::<32>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
-        // Not by `map`: its closure would be compiled without these instructions.
-        let (a, b) = (load_256(rows[0], at), load_256(rows[1], at));
-        let (c, d) = (load_256(rows[2], at), load_256(rows[3], at));
-        let mut low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
-        let mut high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
-        low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
-        low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
-        high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
-        high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
-        minima[at / 4..][..8].copy_from_slice(&low_bytes_256(low));
-        maxima[at / 4..][..8].copy_from_slice(&low_bytes_256(high));
+        let [low, high] = extrema_256(rows, at);
+        let (low, high) = (low_bytes_256(low, low), low_bytes_256(high, high));
+        minima[at / TILE..][..8].copy_from_slice(&_mm_cvtsi128_si64(low).to_le_bytes());
+        maxima[at / TILE..][..8].copy_from_slice(&_mm_cvtsi128_si64(high).to_le_bytes());
     }
     blocks.end
 }
