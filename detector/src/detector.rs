@@ -30,6 +30,8 @@ pub enum Phase {
 pub struct Detector {
     readers: Vec<Reader>,
     settings: Settings,
+    /// See [`least_values`].
+    least_values: usize,
     level: Level,
     threads: Threads,
     buffers: Buffers,
@@ -70,6 +72,7 @@ impl Detector {
         let readers: Vec<Reader> = families.iter().enumerate().map(reader).collect();
         Ok(Self {
             buffers: Buffers::new(&readers, settings),
+            least_values: least_values(&readers, settings.decimation.factor()),
             readers,
             settings: settings.clone(),
             level: Level::best(),
@@ -104,7 +107,7 @@ impl Detector {
     /// frame that they hold no tag.
     pub fn detect_observed(&mut self, view: &LumaView, mut done: impl FnMut(Phase)) -> &[Detection] {
         self.detections.clear();
-        if may_hold_a_quad(view, self.settings.decimation) {
+        if may_hold_a_quad(view, self.settings.decimation, self.least_values) {
             self.search(view, &mut done);
         }
         done(Phase::Identify);
@@ -121,6 +124,7 @@ impl Detector {
             level: self.level,
             threads: &mut self.threads,
             factor: self.settings.decimation.factor(),
+            least_values: self.least_values,
             bright_connectivity: bright_connectivity(&self.settings),
             buffers: &mut self.buffers,
             done,
@@ -139,6 +143,7 @@ struct GridSearch<'a, F> {
     level: Level,
     threads: &'a mut Threads,
     factor: f64,
+    least_values: usize,
     bright_connectivity: Connectivity,
     buffers: &'a mut Buffers,
     done: &'a mut F,
@@ -148,7 +153,7 @@ impl<F: FnMut(Phase)> OnRaster for GridSearch<'_, F> {
     type Output = ();
 
     fn on<R: Raster>(mut self, raster: R) {
-        if raster.width().min(raster.height()) < LEAST_SIDE {
+        if raster.width().min(raster.height()) < self.least_values {
             return;
         }
         for scale in self.scales {
@@ -193,15 +198,23 @@ impl<F: FnMut(Phase)> GridSearch<'_, F> {
 /// Fewer values of the search grid along a side hold no quad.
 const LEAST_SIDE: usize = 4;
 
-/// Whether there may be enough values of the search grid: asked before anything is made ready for it.
-fn may_hold_a_quad(view: &LumaView, decimation: Decimation) -> bool {
+/// How many values the search grid must have along its shorter side for a tag of the narrowest family: one more than its border takes,
+/// since a component that reaches from rim to rim of the frame is dropped.
+fn least_values(readers: &[Reader], factor: f64) -> usize {
+    let sides = readers.iter().map(|reader| limits(shortest_side(reader.width, factor)).side);
+    sides.min().map_or(LEAST_SIDE, usize::from) + 1
+}
+
+/// Whether there may be so many values: asked before anything is made ready for them.
+fn may_hold_a_quad(view: &LumaView, decimation: Decimation, least_values: usize) -> bool {
     let Geometry { width, height, .. } = view.geometry();
-    let (side, most_without) = (width.min(height), LEAST_SIDE - 1);
+    let (side, most_without) = (width.min(height), least_values - 1);
     match decimation {
         Decimation::Every(factor) => side > most_without * factor as usize,
         Decimation::ThreeToTwo => 2 * side > 3 * most_without,
     }
 }
+
 /// Least contrast of a thorough search, grey levels: with less, fitted sides say nothing.
 const LEAST_CONTRAST: u8 = 5;
 
@@ -253,17 +266,29 @@ mod tests {
     #[test]
     fn a_frame_with_enough_values_is_always_searched() {
         let bytes = [0; 64 * 70];
-        for side in 4..=64 {
+        for (side, least_values) in (4..=64).flat_map(|side| [(side, 5), (side, 6)]) {
             let view = LumaView::grey(&bytes, side, 70).unwrap();
             let every = (1..=20).map(Decimation::Every);
             for decimation in every.chain([Decimation::ThreeToTwo]) {
                 for (sampling, _) in Sampling::NAMES {
-                    let has_enough = with_raster(&view, decimation, sampling, ShorterSide) >= LEAST_SIDE;
-                    let is_searched = may_hold_a_quad(&view, decimation);
+                    let has_enough = with_raster(&view, decimation, sampling, ShorterSide) >= least_values;
+                    let is_searched = may_hold_a_quad(&view, decimation, least_values);
                     assert!(is_searched || !has_enough, "{side} pixels, {decimation:?}, {sampling:?}");
                 }
             }
         }
-        assert!(!may_hold_a_quad(&LumaView::grey(&bytes, 60, 70).unwrap(), Decimation::Every(20)));
+        assert!(!may_hold_a_quad(&LumaView::grey(&bytes, 60, 70).unwrap(), Decimation::Every(20), 5));
+    }
+
+    #[test]
+    fn a_border_must_leave_a_rim_of_the_frame_free() {
+        let reader = |name: &&str| Reader::new(0, &Family::published(name).unwrap(), None, &[]);
+        let least = |names: &[&str], factor| {
+            least_values(&names.iter().map(reader).collect::<Vec<_>>(), factor)
+        };
+        // Ten cells from rim to rim of a tag, eight and five from border to border, at two pixels for three cells; never below four values.
+        assert_eq!(least(&["tag36h11"], 8.0), 6);
+        assert_eq!(least(&["tagStandard41h12"], 8.0), 5);
+        assert_eq!(least(&["tag36h11", "tagStandard41h12"], 1.0), 6);
     }
 }
