@@ -283,9 +283,8 @@ mod tests {
     #[test]
     fn a_border_must_leave_a_rim_of_the_frame_free() {
         let reader = |name: &&str| Reader::new(0, &Family::published(name).unwrap(), None, &[]);
-        let least = |names: &[&str], factor| {
-            least_values(&names.iter().map(reader).collect::<Vec<_>>(), factor)
-        };
+        let least =
+            |names: &[&str], factor| least_values(&names.iter().map(reader).collect::<Vec<_>>(), factor);
         // Ten cells from rim to rim of a tag, eight and five from border to border, at two pixels for three cells; never below four values.
         assert_eq!(least(&["tag36h11"], 8.0), 6);
         assert_eq!(least(&["tagStandard41h12"], 8.0), 5);

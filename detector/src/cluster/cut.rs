@@ -39,7 +39,8 @@ impl Cut {
         let all = before.iter().map(cost).sum::<usize>();
         for band in 1..self.bands() {
             let row = row_at(before, all * band / bands);
-            let (least, most) = (self.rows(band - 1).start + LEAST_ROWS, height - (bands - band) * LEAST_ROWS);
+            let (least, most) =
+                (self.rows(band - 1).start + LEAST_ROWS, height - (bands - band) * LEAST_ROWS);
             self.ends[band - 1] = row.clamp(least, most);
         }
     }
