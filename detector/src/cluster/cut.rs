@@ -33,11 +33,13 @@ impl Cut {
     pub(super) fn by_runs(&mut self, height: usize, bands: usize, before: &[Band]) {
         let rows: usize = before.iter().map(|band| band.runs.rows()).sum();
         self.evenly(height, bands);
+        // As many rows in each may give fewer bands than were asked for.
+        let bands = self.bands();
         if rows != height || height < bands * LEAST_ROWS {
             return;
         }
         let all = before.iter().map(cost).sum::<usize>();
-        for band in 1..self.bands() {
+        for band in 1..bands {
             let row = row_at(before, all * band / bands);
             let (least, most) =
                 (self.rows(band - 1).start + LEAST_ROWS, height - (bands - band) * LEAST_ROWS);

@@ -47,8 +47,8 @@ const LEAST_TO_DEAL: usize = 250_000;
 impl Clusters {
     /// Finds the components of `plane` (`words` words a row) that `limits` allow, in the order of their first runs.
     pub(crate) fn fill(&mut self, level: Level, threads: &mut Threads, plane: &Plane, limits: &Limits) {
-        let known = self.cut.bands().min(self.bands.len());
-        self.cut.by_runs(plane.height, bands(plane, threads), &self.bands[..known]);
+        let before = &self.bands[..self.cut.bands()];
+        self.cut.by_runs(plane.height, bands(plane, threads), before);
         self.fill_cut(level, threads, plane, limits);
     }
 
