@@ -88,6 +88,7 @@ pub(crate) fn touch<const ROWS: usize>(rows: [&[u8]; ROWS]) {
 const FEW_IN_A_VECTOR: usize = 32;
 
 /// Every `step`-th byte of `row`, from the first; `out` takes them all.
+#[inline(always)]
 pub(crate) fn every(level: Level, row: &[u8], step: usize, out: &mut [u8]) {
     let done = match (level.kind(), step) {
         #[cfg(target_arch = "x86_64")]

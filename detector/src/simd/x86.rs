@@ -58,54 +58,90 @@ fn first_bits(count: usize) -> u64 {
     if count < 64 { (1 << count) - 1 } else { u64::MAX }
 }
 
-/// The lowest bytes of the 32-bit lanes of `v` and then of `w`, in order.
+/// The least and the largest of four rows in each of 32 columns.
 #[target_feature(enable = "avx2")]
-fn low_bytes_256(v: __m256i, w: __m256i) -> __m128i {
-    let lowest = _mm256_set1_epi32(0xff);
-    let words = _mm256_packus_epi32(_mm256_and_si256(v, lowest), _mm256_and_si256(w, lowest));
-    // Packing keeps to halves: bytes 0-3 of v, 0-3 of w, and again, then 4-7 of both.
-    let bytes = _mm256_packus_epi16(words, words);
-    _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(bytes, _mm256_setr_epi32(0, 4, 1, 5, 0, 0, 0, 0)))
-}
-
-/// In the lowest byte of each 32-bit lane the least and the largest of the tile there, of 32 pixels of each row.
-#[target_feature(enable = "avx2")]
-fn extrema_256(rows: [&[u8]; 4], at: usize) -> [__m256i; 2] {
+fn columns_256<const SIZE: usize>(rows: [&[u8; SIZE]; 4], at: usize) -> [__m256i; 2] {
     // Not by `map`: its closure would be compiled without these instructions.
     let (a, b) = (load_256(rows[0], at), load_256(rows[1], at));
     let (c, d) = (load_256(rows[2], at), load_256(rows[3], at));
-    let mut low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
-    let mut high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
-    low = _mm256_min_epu8(low, _mm256_srli_epi32::<8>(low));
-    low = _mm256_min_epu8(low, _mm256_srli_epi32::<16>(low));
-    high = _mm256_max_epu8(high, _mm256_srli_epi32::<8>(high));
-    high = _mm256_max_epu8(high, _mm256_srli_epi32::<16>(high));
+    let low = _mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d));
+    let high = _mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d));
     [low, high]
+}
+
+/// The least of each two bytes, as 16 bits.
+#[target_feature(enable = "avx2")]
+fn least_of_two_256(v: __m256i) -> __m256i {
+    _mm256_and_si256(_mm256_min_epu8(v, _mm256_srli_epi16::<8>(v)), _mm256_set1_epi16(0xff))
+}
+
+/// The largest of each two bytes, as 16 bits.
+#[target_feature(enable = "avx2")]
+fn most_of_two_256(v: __m256i) -> __m256i {
+    _mm256_and_si256(_mm256_max_epu8(v, _mm256_srli_epi16::<8>(v)), _mm256_set1_epi16(0xff))
+}
+
+/// What was packed twice in order: packing keeps to halves of 128 bits.
+#[target_feature(enable = "avx2")]
+fn packed_twice_256(v: __m256i) -> __m256i {
+    _mm256_permutevar8x32_epi32(v, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7))
+}
+
+/// The least of each four bytes of four vectors.
+#[target_feature(enable = "avx2")]
+fn least_of_four_256([a, b, c, d]: [__m256i; 4]) -> __m256i {
+    let ab = _mm256_packus_epi16(least_of_two_256(a), least_of_two_256(b));
+    let cd = _mm256_packus_epi16(least_of_two_256(c), least_of_two_256(d));
+    packed_twice_256(_mm256_packus_epi16(least_of_two_256(ab), least_of_two_256(cd)))
+}
+
+/// The largest of each four bytes of four vectors.
+#[target_feature(enable = "avx2")]
+fn most_of_four_256([a, b, c, d]: [__m256i; 4]) -> __m256i {
+    let ab = _mm256_packus_epi16(most_of_two_256(a), most_of_two_256(b));
+    let cd = _mm256_packus_epi16(most_of_two_256(c), most_of_two_256(d));
+    packed_twice_256(_mm256_packus_epi16(most_of_two_256(ab), most_of_two_256(cd)))
 }
 
 /// Pixels done.
 #[target_feature(enable = "avx2")]
 pub(super) fn tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
-    let mut blocks = Blocks::<64>::of(rows[0].len(), TILE);
+    let mut blocks = Blocks::<128>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
-        let ([low, high], [next_low, next_high]) = (extrema_256(rows, at), extrema_256(rows, at + 32));
-        store_128(low_bytes_256(low, next_low), &mut minima[at / TILE..]);
-        store_128(low_bytes_256(high, next_high), &mut maxima[at / TILE..]);
+        // All is checked before anything is read: what is computed between checks would be put aside.
+        let rows = block_of::<128>(rows, at);
+        let (minima, maxima) = (&mut minima[at / TILE..][..32], &mut maxima[at / TILE..][..32]);
+        let [[a, high_a], [b, high_b]] = [columns_256(rows, 0), columns_256(rows, 32)];
+        let [[c, high_c], [d, high_d]] = [columns_256(rows, 64), columns_256(rows, 96)];
+        store_256(least_of_four_256([a, b, c, d]), minima);
+        store_256(most_of_four_256([high_a, high_b, high_c, high_d]), maxima);
     }
     if blocks.end > 0 { blocks.end } else { narrow_tile_extrema_avx2(rows, minima, maxima) }
 }
 
-/// As [`tile_extrema_avx2`], for rows of fewer pixels than two vectors.
+/// As [`tile_extrema_avx2`], for rows of fewer pixels than four vectors.
 #[target_feature(enable = "avx2")]
 fn narrow_tile_extrema_avx2(rows: [&[u8]; 4], minima: &mut [u8], maxima: &mut [u8]) -> usize {
     let mut blocks = Blocks::<32>::of(rows[0].len(), TILE);
     while let Some(at) = blocks.next() {
-        let [low, high] = extrema_256(rows, at);
-        let (low, high) = (low_bytes_256(low, low), low_bytes_256(high, high));
-        minima[at / TILE..][..8].copy_from_slice(&_mm_cvtsi128_si64(low).to_le_bytes());
-        maxima[at / TILE..][..8].copy_from_slice(&_mm_cvtsi128_si64(high).to_le_bytes());
+        let [low, high] = columns_256(block_of::<32>(rows, at), 0);
+        let (low, high) = (least_of_four_256([low; 4]), most_of_four_256([high; 4]));
+        minima[at / TILE..][..8].copy_from_slice(&first_half_128(low));
+        maxima[at / TILE..][..8].copy_from_slice(&first_half_128(high));
     }
     blocks.end
+}
+
+/// So many pixels of each row from `at` on.
+#[inline(always)]
+fn block_of<const SIZE: usize>(rows: [&[u8]; 4], at: usize) -> [&[u8; SIZE]; 4] {
+    rows.map(|row| row[at..].first_chunk().expect("rows are equally long"))
+}
+
+/// The first eight bytes.
+#[target_feature(enable = "avx2")]
+fn first_half_128(v: __m256i) -> [u8; 8] {
+    _mm_cvtsi128_si64(_mm256_castsi256_si128(v)).to_le_bytes()
 }
 
 /// All pixels.
