@@ -1,7 +1,5 @@
 //! The threshold of every tile.
 
-use std::ops::Range;
-
 /// One threshold a tile: pixels below it are dark, the others bright; 0 marks a tile without contrast around it.
 #[derive(Default)]
 pub(crate) struct Cuts {
@@ -18,12 +16,28 @@ pub(super) const LANES: usize = 32;
 pub(super) const NO_MINIMUM: u8 = 255;
 pub(super) const NO_MAXIMUM: u8 = 0;
 
-/// Buffers for one row of tiles: the extremes of three tiles below each other.
+/// The smallest and the largest value of each tile of a row.
+#[derive(Clone, Copy)]
+pub(super) struct Extremes<'e> {
+    pub(super) minima: &'e [[u8; LANES]],
+    pub(super) maxima: &'e [[u8; LANES]],
+}
+
+impl<'e> Extremes<'e> {
+    /// Both are whole [`LANES`].
+    #[inline(always)]
+    pub(super) fn new(minima: &'e [u8], maxima: &'e [u8]) -> Self {
+        Self { minima: minima.as_chunks().0, maxima: maxima.as_chunks().0 }
+    }
+}
+
+/// Buffers for one row of tiles: of three tiles below each other the extremes, and the largest range.
 #[derive(Default)]
 pub(super) struct Columns {
-    tiles: usize,
-    low: Vec<u8>,
-    high: Vec<u8>,
+    pub(super) tiles: usize,
+    pub(super) low: Vec<u8>,
+    pub(super) high: Vec<u8>,
+    pub(super) range: Vec<u8>,
 }
 
 impl Columns {
@@ -34,6 +48,7 @@ impl Columns {
         let room = tiles.next_multiple_of(LANES) + 2;
         self.low.resize(room, NO_MINIMUM);
         self.high.resize(room, NO_MAXIMUM);
+        self.range.resize(room, 0);
     }
 }
 
@@ -68,56 +83,75 @@ pub(super) fn spread<const TILE: usize>(cuts: &[u8], pixels: &mut [u8]) {
 }
 
 /// The cuts of a row of tiles, at the middle between the extremes of the 3x3 tiles around each, where these differ by `limit`
-/// or more. `around` are the places of the row above, the row itself and the one below among the extremes; like `cuts` whole
-/// [`LANES`].
+/// or more; whether there is one. `around` are the row above, the row itself and the one below; `cuts` are whole [`LANES`].
 #[inline(always)]
-pub(super) fn fill_row(
-    around: [Range<usize>; 3],
-    minima: &[u8],
-    maxima: &[u8],
-    limit: u8,
-    columns: &mut Columns,
-    cuts: &mut [u8],
-) {
-    let Columns { tiles, low, high } = columns;
-    fold_column(around.clone().map(|places| &minima[places]), *tiles, low, u8::min);
-    fold_column(around.map(|places| &maxima[places]), *tiles, high, u8::max);
-    cut_row(low, high, limit, cuts);
-}
-
-/// The extreme of three rows, column by column, with the ends repeated once.
-#[inline(always)]
-fn fold_column(rows: [&[u8]; 3], tiles: usize, out: &mut [u8], extreme: impl Fn(u8, u8) -> u8) {
-    let [above, row, below] = [rows[0], rows[1], rows[2]];
-    let rows = above.as_chunks::<LANES>().0.iter().zip(row.as_chunks().0).zip(below.as_chunks().0);
-    for (to, ((above, row), below)) in out[1..].as_chunks_mut::<LANES>().0.iter_mut().zip(rows) {
-        let (above, row, below): (_, &[u8; LANES], &[u8; LANES]) = (above, row, below);
-        // Put down as a whole: one by one, not every compiler sees that they change nothing that is read.
-        let mut extremes = [0; LANES];
+pub(super) fn fill_row(around: [Extremes; 3], limit: u8, columns: &mut Columns, cuts: &mut [u8]) -> bool {
+    let Columns { tiles, low, high, .. } = columns;
+    let [above, row, below] = around;
+    fold([above.minima, row.minima, below.minima], *tiles, low, u8::min);
+    fold([above.maxima, row.maxima, below.maxima], *tiles, high, u8::max);
+    let cuts = cuts.as_chunks_mut::<LANES>().0;
+    let (low, high) = (beside(low, cuts.len()), beside(high, cuts.len()));
+    for (i, to) in cuts.iter_mut().enumerate() {
+        let (least, most) = (of_three(low, i, u8::min), of_three(high, i, u8::max));
+        let mut cuts = [0; LANES];
         for l in 0..LANES {
-            extremes[l] = extreme(extreme(above[l], row[l]), below[l]);
-        }
-        *to = extremes;
-    }
-    out[0] = out[1];
-    out[tiles + 1] = out[tiles];
-}
-
-#[inline(always)]
-fn cut_row(low: &[u8], high: &[u8], limit: u8, cuts: &mut [u8]) {
-    const AROUND: usize = LANES + 2;
-    for (i, cuts) in cuts.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-        let low: &[u8] = &low[i * LANES..][..AROUND];
-        let high: &[u8] = &high[i * LANES..][..AROUND];
-        for l in 0..LANES {
-            let least = low[l].min(low[l + 1]).min(low[l + 2]);
-            let most = high[l].max(high[l + 1]).max(high[l + 2]);
             // Where there is no tile the least is above the most, and the difference 1.
-            let range = most.wrapping_sub(least);
+            let range = most[l].wrapping_sub(least[l]);
             // The middle itself is dark; a range of 5 or more keeps the sum below 256.
-            cuts[l] = if range >= limit { least + range / 2 + 1 } else { 0 };
+            cuts[l] = if range >= limit { least[l] + range / 2 + 1 } else { 0 };
+        }
+        *to = cuts;
+    }
+    has_any(cuts)
+}
+
+/// Whether any tile has a cut.
+#[inline(always)]
+pub(super) fn has_any(cuts: &[[u8; LANES]]) -> bool {
+    let mut any = [0; LANES];
+    for cuts in cuts {
+        for l in 0..LANES {
+            any[l] |= cuts[l];
         }
     }
+    any != [0; LANES]
+}
+
+/// The extreme of three rows, column by column.
+#[inline(always)]
+fn fold(rows: [&[[u8; LANES]]; 3], tiles: usize, columns: &mut [u8], extreme: impl Fn(u8, u8) -> u8) {
+    let to = columns[1..].as_chunks_mut::<LANES>().0;
+    let rows = rows.map(|row| &row[..to.len()]);
+    for (i, to) in to.iter_mut().enumerate() {
+        *to = of_three(rows, i, &extreme);
+    }
+    repeat_ends(columns, tiles);
+}
+
+/// The extreme of the `i`-th block of three rows. Put down as a whole: one by one, not every compiler sees that they change nothing
+/// that is read.
+#[inline(always)]
+pub(super) fn of_three(rows: [&[[u8; LANES]]; 3], i: usize, extreme: impl Fn(u8, u8) -> u8) -> [u8; LANES] {
+    let [a, b, c] = [&rows[0][i], &rows[1][i], &rows[2][i]];
+    let mut extremes = [0; LANES];
+    for l in 0..LANES {
+        extremes[l] = extreme(extreme(a[l], b[l]), c[l]);
+    }
+    extremes
+}
+
+/// The columns beside the first and the last tile are as these.
+#[inline(always)]
+pub(super) fn repeat_ends(columns: &mut [u8], tiles: usize) {
+    columns[0] = columns[1];
+    columns[tiles + 1] = columns[tiles];
+}
+
+/// So many blocks of the columns before, at and behind the tiles of a row.
+#[inline(always)]
+pub(super) fn beside(columns: &[u8], blocks: usize) -> [&[[u8; LANES]]; 3] {
+    [columns, &columns[1..], &columns[2..]].map(|columns| &columns.as_chunks().0[..blocks])
 }
 
 #[cfg(test)]
@@ -137,9 +171,12 @@ mod tests {
         cuts.resize(4, 5, 5);
         columns.resize(5);
         for (row, cuts) in cuts.chunks_mut(1).enumerate() {
-            let around = [row.saturating_sub(1), row, (row + 1).min(4)];
-            let (around, mut all) = (around.map(|row| row * LANES..(row + 1) * LANES), [9; LANES]);
-            fill_row(around, &minima, &maxima, 5, &mut columns, &mut all);
+            let around = [row.saturating_sub(1), row, (row + 1).min(4)].map(|row| {
+                let places = row * LANES..(row + 1) * LANES;
+                Extremes::new(&minima[places.clone()], &maxima[places])
+            });
+            let mut all = [9; LANES];
+            assert_eq!(fill_row(around, 5, &mut columns, &mut all), row < 3, "row {row}");
             assert_eq!(all[5..], [0; LANES - 5], "where there is no tile");
             cuts.copy_from_slice(&all[..5]);
         }

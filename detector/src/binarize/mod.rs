@@ -5,6 +5,7 @@
 //! the tile is unsure and its pixels are neither dark nor bright.
 
 mod cuts;
+mod light;
 mod noise;
 mod planes;
 pub(crate) mod raster;

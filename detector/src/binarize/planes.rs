@@ -289,4 +289,32 @@ mod tests {
         }
         assert!(blank.iter().all(|count| *count > 1000), "{blank:?} rows that are not blank, and that are");
     }
+
+    /// Rows of a wall on which light falls off by a grey level every so many pixels, with a dark square, that have dark pixels.
+    fn rows_with_content(pixels_a_level: usize, factor: usize) -> usize {
+        let (width, height, mut planes) = (800, 640, Planes::default());
+        let noise = |x: usize, y: usize| (x.wrapping_mul(40_503) ^ y.wrapping_mul(30_011)) / 7 % 5;
+        let pixel = |x: usize, y: usize| {
+            let is_dark = (300..420).contains(&x) && (320..440).contains(&y);
+            (if is_dark { 20 } else { 70 } + (x + y) / pixels_a_level + noise(x, y)) as u8
+        };
+        let bytes: Vec<u8> = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
+        let raster = Sampled::new(&LumaView::grey(&bytes, width, height).unwrap(), factor);
+        fill_from(
+            raster,
+            Colours { dark: true, bright: false },
+            Scale::Four(Contrast::Measured),
+            &mut planes,
+        );
+        planes.dark.chunks(planes.words).filter(|row| row.iter().any(|word| *word > 0)).count()
+    }
+
+    #[test]
+    fn light_that_falls_off_is_no_content_of_a_decimated_picture_but_a_square_is() {
+        for factor in [4, 8, 10] {
+            let (even, uneven) = (rows_with_content(usize::MAX, factor), rows_with_content(10, factor));
+            assert!(even >= 120 / factor && even < 120 / factor + 20, "factor {factor}: {even} rows");
+            assert_eq!(uneven, even, "factor {factor}");
+        }
+    }
 }

@@ -26,6 +26,11 @@ pub(crate) trait Raster: Copy + Send + Sync {
     fn touch<const ROWS: usize>(&self, ys: [usize; ROWS]);
     /// A point of the grid (corner of its first value at 0, 0) in pixels of the frame.
     fn to_frame(&self, point: [f64; 2]) -> [f64; 2];
+    /// Pixels of the frame from a value to the next.
+    #[inline(always)]
+    fn pitch(&self) -> f64 {
+        self.to_frame([1.0, 0.0])[0] - self.to_frame([0.0, 0.0])[0]
+    }
 }
 
 /// Every `factor`-th pixel of every `factor`-th row (point sampling, paper III-C). With factor 1 the frame as it is.

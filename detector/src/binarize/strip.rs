@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::cuts::{Columns, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, spread};
+use super::cuts::{Columns, Extremes, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, spread};
+use super::light::{self, clear_uneven_light};
 use super::noise::{self, Ranges};
 use super::raster::Raster;
 use crate::simd::{self, Kernel, Level};
@@ -29,6 +30,10 @@ const KEPT: usize = 32 * 1024;
 /// Parts of a strip that are read by turns: processors that foresee one line or two in each place fetch a sixth more of a frame
 /// in the same time.
 const PARTS: usize = 4;
+
+/// Rows of tiles a part of those that are brought near at once: together as much of a frame as a second cache holds. Whole
+/// [`noise::ROW_STEP`], so that rows that are read by turns have a vote all or none.
+const PART: usize = 8;
 
 /// Rows of tiles whose extremes are kept in turn: more than a threshold looks at.
 const TURNS: usize = 4;
@@ -105,13 +110,18 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         }
     }
 
-    /// Brings the pixels of some rows of tiles near, those without a vote too: the pass that follows finds them near. Beyond the
-    /// strip's end its last row stands in.
+    /// Brings the pixels of some rows of tiles near. Beyond the strip's end its last row stands in.
     #[inline(always)]
     fn touch<const ROWS: usize>(&self, tile_rows: [usize; ROWS]) {
         for i in 0..TILE {
             self.raster.touch(tile_rows.map(|row| self.row_of(row.min(self.end - 1), i)));
         }
+    }
+
+    /// Whether light that falls off is told from content.
+    #[inline(always)]
+    fn knows_light(&self) -> bool {
+        self.is_measured && self.raster.pitch() >= light::LEAST_PITCH
     }
 
     /// Whether a row of tiles is measured, and its extremes kept.
@@ -158,16 +168,27 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
     /// Measures rows that may come from memory, in the order in which they come.
     #[inline(always)]
     fn measure_from_afar(&self, scratch: &mut Scratch) {
-        let part = (self.end - self.first).div_ceil(PARTS);
-        for row in self.first..self.first + part {
+        let part = (self.end - self.first).div_ceil(PARTS).next_multiple_of(noise::ROW_STEP);
+        for row in (self.first..self.first + part).filter(|row| noise::votes(*row)) {
             let rows: [usize; PARTS] = std::array::from_fn(|i| row + i * part);
             self.touch(rows);
-            for row in rows {
-                if self.measures(row) {
-                    self.fetch(row, &mut scratch.slots);
-                }
+            for row in rows.into_iter().filter(|row| self.measures(*row)) {
+                self.fetch(row, &mut scratch.slots);
                 self.measure(row, scratch);
             }
+        }
+    }
+
+    /// Brings the next rows near where a block of them begins: those without a vote, as the others have been so before.
+    #[inline(always)]
+    fn touch_block(&self, row: usize) {
+        let begins = (row - self.before()).is_multiple_of(PARTS * PART);
+        if !self.is_measured || self.keeps_rows || !begins {
+            return;
+        }
+        for row in (row..row + PART).filter(|row| !noise::votes(*row)) {
+            let rows: [usize; PARTS] = std::array::from_fn(|i| row + i * PART);
+            self.touch(rows);
         }
     }
 
@@ -234,6 +255,7 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
     fn run(mut self) {
         let strip = self.strip;
         for row in strip.before()..=strip.end {
+            strip.touch_block(row);
             if row < strip.all {
                 if !strip.keeps_rows {
                     strip.fetch(row, &mut self.part.scratch.slots);
@@ -258,11 +280,14 @@ impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
         let around = around.map(|row| strip.places(row, scratch));
         let Scratch { minima, maxima, tiles, slots, columns, cut_of_tile, cut_of_pixel, unwanted, .. } =
             &mut **scratch;
-        fill_row(around, minima, maxima, *limit, columns, cut_of_tile);
+        let around = around.map(|places| Extremes::new(&minima[places.clone()], &maxima[places]));
+        let mut is_blank = !fill_row(around, *limit, columns, cut_of_tile);
+        if !is_blank && strip.knows_light() {
+            is_blank = !clear_uneven_light(around, *limit, columns, cut_of_tile);
+        }
         let (words, top) = (unwanted.len(), strip.first * TILE);
         let rows = strip.row_of(tile_row, 0)..strip.row_of(tile_row, TILE - 1) + 1;
         // Most rows of tiles of a plain wall: their pixels need not be read again.
-        let is_blank = cut_of_tile.iter().fold(0, |any, cut| any | cut) == 0;
         let blank = &mut blank[rows.start - top..rows.end - top];
         if is_blank && blank[0] {
             // So it was in the frame before, and nothing is set that would have to be cleared.
