@@ -1,5 +1,7 @@
 //! The threshold of every tile.
 
+use std::ops::Range;
+
 /// One threshold a tile: pixels below it are dark, the others bright; 0 marks a tile without contrast around it.
 #[derive(Default)]
 pub(crate) struct Cuts {
@@ -116,6 +118,16 @@ pub(super) fn has_any(cuts: &[[u8; LANES]]) -> bool {
         }
     }
     any != [0; LANES]
+}
+
+/// From the first to the last tile that has a cut, in whole [`LANES`].
+#[inline(always)]
+pub(super) fn filled(cuts: &[u8]) -> Range<usize> {
+    let blocks = cuts.as_chunks::<LANES>().0;
+    let has_any = |block: &[u8; LANES]| has_any(std::slice::from_ref(block));
+    let first = blocks.iter().position(has_any).unwrap_or(blocks.len());
+    let end = blocks.iter().rposition(has_any).map_or(first, |last| last + 1);
+    first * LANES..end * LANES
 }
 
 /// The extreme of three rows, column by column.

@@ -20,7 +20,7 @@ pub(super) fn clear_uneven_light(
     cuts: &mut [u8],
 ) -> bool {
     // Of a tile noise asks a little less than of nine.
-    let (within_a_tile, between_tiles) = (limit - limit / 8, 2 * limit);
+    let (within_a_tile, between_tiles) = (limit - limit / 4, 2 * limit);
     fold_ranges(around, columns);
     let cuts = cuts.as_chunks_mut::<LANES>().0;
     let [low, high, range] = [&columns.low, &columns.high, &columns.range].map(|all| beside(all, cuts.len()));

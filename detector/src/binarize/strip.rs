@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cuts::{Columns, Extremes, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, spread};
+use super::cuts::{Columns, Extremes, LANES, NO_MAXIMUM, NO_MINIMUM, fill_row, filled, spread};
 use super::light::{self, clear_uneven_light};
 use super::noise::{self, Ranges};
 use super::raster::Raster;
@@ -272,48 +272,63 @@ impl<R: Raster, const TILE: usize> Kernel for Threshold<'_, R, TILE> {
 }
 
 impl<R: Raster, const TILE: usize> Threshold<'_, R, TILE> {
-    /// The cuts of a row of tiles and the bits of its pixels.
+    /// The cuts of a row of tiles, and with them the bits of its pixels.
     #[inline(always)]
     fn cut(&mut self, tile_row: usize) {
-        let Self { strip, limit, part: Part { dark, bright, blank, cuts, scratch }, .. } = self;
+        let Self { strip, limit, part: Part { blank, cuts, scratch, .. } } = self;
         let around = [tile_row.saturating_sub(1), tile_row, (tile_row + 1).min(strip.all - 1)];
         let around = around.map(|row| strip.places(row, scratch));
-        let Scratch { minima, maxima, tiles, slots, columns, cut_of_tile, cut_of_pixel, unwanted, .. } =
-            &mut **scratch;
+        let Scratch { minima, maxima, tiles, columns, cut_of_tile, .. } = &mut **scratch;
         let around = around.map(|places| Extremes::new(&minima[places.clone()], &maxima[places]));
         let mut is_blank = !fill_row(around, *limit, columns, cut_of_tile);
         if !is_blank && strip.knows_light() {
             is_blank = !clear_uneven_light(around, *limit, columns, cut_of_tile);
         }
-        let (words, top) = (unwanted.len(), strip.first * TILE);
-        let rows = strip.row_of(tile_row, 0)..strip.row_of(tile_row, TILE - 1) + 1;
-        // Most rows of tiles of a plain wall: their pixels need not be read again.
-        let blank = &mut blank[rows.start - top..rows.end - top];
+        let top = strip.first * TILE;
+        let rows = strip.row_of(tile_row, 0) - top..strip.row_of(tile_row, TILE - 1) + 1 - top;
+        let blank = &mut blank[rows];
         if is_blank && blank[0] {
             // So it was in the frame before, and nothing is set that would have to be cleared.
             return;
         }
         blank.fill(is_blank);
-        let cut_of_tile = &cut_of_tile[..*tiles];
-        cuts[(tile_row - strip.first) * *tiles..][..*tiles].copy_from_slice(cut_of_tile);
-        if is_blank {
-            return self.clear(tile_row);
+        let of_row = (tile_row - strip.first) * *tiles..(tile_row - strip.first + 1) * *tiles;
+        cuts[of_row].copy_from_slice(&cut_of_tile[..*tiles]);
+        let filled = filled(cut_of_tile);
+        if filled.len() < cut_of_tile.len() {
+            self.clear(tile_row);
         }
-        spread::<TILE>(cut_of_tile, cut_of_pixel);
-        for y in rows {
-            let row = strip.raster.fetched(y, slots.of(tile_row, y % TILE));
-            let bits = (y - top) * words..(y - top + 1) * words;
-            let (dark, bright) = match (dark.as_deref_mut(), bright.as_deref_mut()) {
-                (Some(dark), Some(bright)) => (&mut dark[bits.clone()], &mut bright[bits]),
-                (Some(dark), None) => (&mut dark[bits], &mut unwanted[..]),
-                (None, Some(bright)) => (&mut unwanted[..], &mut bright[bits]),
-                (None, None) => return,
-            };
-            simd::threshold_row(strip.level, row, cut_of_pixel, dark, bright);
+        // Most rows of tiles of a plain wall have no cuts: their pixels need not be read again.
+        if !is_blank {
+            self.threshold(tile_row, filled);
         }
     }
 
-    /// A row of tiles without contrast: no pixel of it is dark or bright.
+    /// The bits of a row of tiles, of which those in `filled` have cuts: whole [`LANES`].
+    #[inline(always)]
+    fn threshold(&mut self, tile_row: usize, filled: Range<usize>) {
+        let Self { strip, part: Part { dark, bright, scratch, .. }, .. } = self;
+        let Scratch { tiles, slots, cut_of_tile, cut_of_pixel, unwanted, .. } = &mut **scratch;
+        spread::<TILE>(&cut_of_tile[..*tiles], cut_of_pixel);
+        let pixels = filled.start * TILE..(filled.end * TILE).min(cut_of_pixel.len());
+        // Whole words, since LANES of the smallest tiles have 64 pixels, and behind the last tile all that there are.
+        let is_whole = filled.end == cut_of_tile.len();
+        let (first, end) = (pixels.start / 64, if is_whole { unwanted.len() } else { pixels.end / 64 });
+        for y in strip.row_of(tile_row, 0)..strip.row_of(tile_row, TILE - 1) + 1 {
+            let row = &strip.raster.fetched(y, slots.of(tile_row, y % TILE))[pixels.clone()];
+            let start = (y - strip.first * TILE) * unwanted.len();
+            let bits = start + first..start + end;
+            let (dark, bright) = match (dark.as_deref_mut(), bright.as_deref_mut()) {
+                (Some(dark), Some(bright)) => (&mut dark[bits.clone()], &mut bright[bits]),
+                (Some(dark), None) => (&mut dark[bits], &mut unwanted[first..end]),
+                (None, Some(bright)) => (&mut unwanted[first..end], &mut bright[bits]),
+                (None, None) => return,
+            };
+            simd::threshold_row(strip.level, row, &cut_of_pixel[pixels.clone()], dark, bright);
+        }
+    }
+
+    /// No pixel of a row of tiles is dark or bright.
     #[inline(always)]
     fn clear(&mut self, tile_row: usize) {
         let Self { strip, part: Part { dark, bright, scratch, .. }, .. } = self;
