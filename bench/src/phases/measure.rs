@@ -7,7 +7,7 @@ use tagbus_detector::{Decimation, Detector, Level, LumaView, Phase, Refinement, 
 use tagbus_family::Family;
 
 use super::frames::{self, FAMILIES};
-use crate::clock::{cpu_us, now_us, start_us};
+use crate::clock::{asking_us, cpu_us, now_us};
 use crate::peers::{self, Peer};
 use crate::sweep::bar;
 
@@ -130,15 +130,16 @@ fn measure(
     Ok((phases, totals))
 }
 
+/// What it takes to ask the clock is taken off every phase, as it is taken off the others' only one.
 fn timed(detector: &mut Detector, view: &LumaView) -> PhaseTimes {
-    let mut times = [0.0; 4];
-    let mut before = start_us();
+    let (mut times, asking) = ([0.0; 4], asking_us());
+    let mut before = now_us() + asking;
     detector.detect_observed(view, |phase| {
         let now = now_us();
         if let Some(place) = PHASES.iter().position(|(known, _)| *known == phase) {
             times[place] += now - before;
         }
-        before = now;
+        before = now + asking;
     });
     PhaseTimes(times)
 }
