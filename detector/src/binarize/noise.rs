@@ -4,7 +4,7 @@
 //! 5 % quantile at 2.3 sigma, so the 5 % quantile of all 4x4 tile ranges tells sigma as long as a twentieth of the
 //! frame is flat. A window of 3x3 tiles without content then stays below 8 sigma.
 
-use crate::simd::{Kernel, Level};
+use super::cuts::{Extremes, LANES};
 
 /// Sigmas of noise that a window of 144 samples must exceed to count as content.
 const SIGMAS: f32 = 8.0;
@@ -30,131 +30,114 @@ pub(super) fn votes(tile_row: usize) -> bool {
 
 /// Stands for the range of a tile that does not vote.
 const NO_VOTE: u8 = u8::MAX;
-/// The largest range that is told apart: from far below on the limit is the same.
-const MOST: u8 = NO_VOTE - 1;
-/// Values that are counted in 16 bits, so that many are counted at once.
-const PART: usize = 4096;
-/// Where the search for a range begins.
-const FIRST_GUESS: u8 = 8;
+/// Ranges that are told apart: with this one and more the largest contrast is asked for.
+const TOLD_APART: usize = 12;
+/// What ranges are compared with: each of these, and the largest that there is.
+const COMPARED: [u8; TOLD_APART + 1] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, NO_VOTE - 1];
+/// Blocks of tiles that are counted in bytes.
+const BLOCKS: usize = u8::MAX as usize;
 
-/// The range (largest minus smallest value) of each tile that may vote, or [`NO_VOTE`].
+/// How many of the tiles that may vote have a range (largest minus smallest value) of at most each of [`COMPARED`].
 #[derive(Default)]
 pub(super) struct Ranges {
-    values: Vec<u8>,
-    /// How many there are; what follows is of another frame.
-    count: usize,
+    at_most: [u32; COMPARED.len()],
 }
 
 impl Ranges {
-    /// Forgets all, and makes room for so many tiles.
-    pub(super) fn clear(&mut self, room: usize) {
-        self.values.resize(room, 0);
-        self.count = 0;
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        *self = Self::default();
     }
 
     /// Adds a row of tiles; what lies behind the last one does not vote.
     #[inline(always)]
-    pub(super) fn add(&mut self, minima: &[u8], maxima: &[u8]) {
-        let to = &mut self.values[self.count..][..minima.len()];
-        self.count += to.len();
-        for ((to, low), high) in to.iter_mut().zip(minima).zip(maxima) {
-            // A range is only counted where it is known: the smallest value below white, the largest above black. No branch: vectors.
-            let is_clipped = (*low >= UNCLIPPED.end) | (*high < UNCLIPPED.start);
-            *to = high.wrapping_sub(*low).min(MOST) | (NO_VOTE * u8::from(is_clipped));
-        }
-    }
-
-    /// How many are at most so large.
-    #[inline(always)]
-    fn at_most(&self, largest: u8) -> usize {
-        let mut sum = 0;
-        for part in self.values[..self.count].chunks(PART) {
-            let mut count = 0_u16;
-            for range in part {
-                count += u16::from(*range <= largest);
+    pub(super) fn add(&mut self, row: Extremes) {
+        for (minima, maxima) in row.minima.chunks(BLOCKS).zip(row.maxima.chunks(BLOCKS)) {
+            let mut counts = [[0; LANES]; COMPARED.len()];
+            for (minima, maxima) in minima.iter().zip(maxima) {
+                let ranges = votes_of(minima, maxima);
+                for (count, largest) in counts.iter_mut().zip(COMPARED) {
+                    for l in 0..LANES {
+                        count[l] += u8::from(ranges[l] <= largest);
+                    }
+                }
             }
-            sum += usize::from(count);
+            for (sum, counts) in self.at_most.iter_mut().zip(counts) {
+                *sum += counts.iter().map(|count| u32::from(*count)).sum::<u32>();
+            }
         }
-        sum
     }
 }
 
+/// The range of each of some tiles, or [`NO_VOTE`].
+#[inline(always)]
+fn votes_of(minima: &[u8; LANES], maxima: &[u8; LANES]) -> [u8; LANES] {
+    let mut ranges = [0; LANES];
+    for l in 0..LANES {
+        // A range is only known where the smallest value is below white and the largest above black. No branch: vectors.
+        let is_clipped = (minima[l] >= UNCLIPPED.end) | (maxima[l] < UNCLIPPED.start);
+        ranges[l] = maxima[l].wrapping_sub(minima[l]).min(NO_VOTE - 1) | (NO_VOTE * u8::from(is_clipped));
+    }
+    ranges
+}
+
 /// The least range of a 3x3 window of tiles that counts as content, in grey levels, from the ranges of the tiles that vote.
-pub(super) fn contrast_limit<'r, R>(level: Level, ranges: R, are_averages: bool) -> u8
-where
-    R: Iterator<Item = &'r Ranges> + Clone,
-{
-    let sigma = level.run(FlatRange(ranges)) / FLAT_RANGE_SIGMAS;
+pub(super) fn contrast_limit<'r>(ranges: impl Iterator<Item = &'r Ranges>, are_averages: bool) -> u8 {
+    let mut at_most = [0; COMPARED.len()];
+    for ranges in ranges {
+        at_most.iter_mut().zip(ranges.at_most).for_each(|(sum, count)| *sum += count);
+    }
+    let sigma = flat_range(&at_most) / FLAT_RANGE_SIGMAS;
     let sigmas = if are_averages { SIGMAS_OF_AVERAGES } else { SIGMAS };
     ((sigmas * sigma.max(0.0)).ceil() as u32).clamp(LIMITS.0, LIMITS.1) as u8
 }
 
-/// Finds the range below which a twentieth of the tiles lie, as if those of one range lay evenly between its neighbours.
-struct FlatRange<R>(R);
-
-impl<'r, R: Iterator<Item = &'r Ranges> + Clone> Kernel for FlatRange<R> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run(self) -> f32 {
-        let voters = at_most(&self.0, MOST);
-        let wanted = voters as f32 * FLAT_SHARE;
-        if voters == 0 {
-            return 0.0;
+/// The range below which a twentieth of the tiles lie, as if those of one range lay evenly between its neighbours; from
+/// [`TOLD_APART`] on that.
+fn flat_range(at_most: &[u32; COMPARED.len()]) -> f32 {
+    let wanted = at_most[TOLD_APART] as f32 * FLAT_SHARE;
+    let is_enough = |count: &u32| *count as f32 >= wanted;
+    match at_most[..TOLD_APART].iter().position(is_enough) {
+        _ if wanted == 0.0 => 0.0,
+        None => TOLD_APART as f32,
+        Some(range) => {
+            let below = if range > 0 { at_most[range - 1] } else { 0 };
+            range as f32 - 0.5 + (wanted - below as f32) / (at_most[range] - below) as f32
         }
-        // Ranges of noise are small, so the search begins with these. `below` are those of less than `range`, too few.
-        let (mut range, mut below, mut enough) = (0, 0, FIRST_GUESS);
-        let mut up_to_enough = at_most(&self.0, enough);
-        while (up_to_enough as f32) < wanted {
-            (range, below) = (enough + 1, up_to_enough);
-            enough = enough.saturating_mul(2).min(MOST);
-            up_to_enough = at_most(&self.0, enough);
-        }
-        while range < enough {
-            let middle = range + (enough - range) / 2;
-            let count = at_most(&self.0, middle);
-            if (count as f32) < wanted {
-                (range, below) = (middle + 1, count);
-            } else {
-                (enough, up_to_enough) = (middle, count);
-            }
-        }
-        f32::from(range) - 0.5 + (wanted - below as f32) / (up_to_enough - below) as f32
     }
-}
-
-#[inline(always)]
-fn at_most<'r>(ranges: &(impl Iterator<Item = &'r Ranges> + Clone), largest: u8) -> usize {
-    let mut sum = 0;
-    for ranges in ranges.clone() {
-        sum += ranges.at_most(largest);
-    }
-    sum
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::cuts::{NO_MAXIMUM, NO_MINIMUM};
     use super::*;
 
+    /// Of tiles whose extremes these are, in rows of no more than a few blocks.
     fn ranges(minima: &[u8], maxima: &[u8]) -> Ranges {
         let mut ranges = Ranges::default();
-        ranges.clear(minima.len());
-        ranges.add(minima, maxima);
+        for (minima, maxima) in minima.chunks(300 * LANES).zip(maxima.chunks(300 * LANES)) {
+            let room = minima.len().next_multiple_of(LANES);
+            let (mut low, mut high) = (vec![NO_MINIMUM; room], vec![NO_MAXIMUM; room]);
+            low[..minima.len()].copy_from_slice(minima);
+            high[..maxima.len()].copy_from_slice(maxima);
+            ranges.add(Extremes::new(&low, &high));
+        }
         ranges
     }
 
     fn limit(minima: &[u8], maxima: &[u8]) -> u8 {
-        contrast_limit(Level::best(), std::iter::once(&ranges(minima, maxima)), false)
+        contrast_limit(std::iter::once(&ranges(minima, maxima)), false)
     }
 
-    /// The range below which a twentieth lie, by going through all of them in order.
-    fn flat_range_in_order(mut ranges: Vec<u8>) -> f32 {
+    /// The limit from the range below which a twentieth lie, by going through all of them in order.
+    fn limit_in_order(mut ranges: Vec<u8>) -> u8 {
         ranges.sort_unstable();
         let wanted = ranges.len() as f32 * FLAT_SHARE;
-        let Some(range) = ranges.get((wanted.ceil() as usize).max(1) - 1) else { return 0.0 };
+        let Some(range) = ranges.get((wanted.ceil() as usize).max(1) - 1) else { return 5 };
         let below = ranges.iter().filter(|other| *other < range).count();
         let count = ranges.iter().filter(|other| *other == range).count();
-        f32::from(*range) - 0.5 + (wanted - below as f32) / count as f32
+        let flat = f32::from(*range) - 0.5 + (wanted - below as f32) / count as f32;
+        (8.0 * (flat / 2.3).max(0.0)).ceil().clamp(5.0, 40.0) as u8
     }
 
     #[test]
@@ -176,29 +159,35 @@ mod tests {
     }
 
     #[test]
-    fn every_level_finds_the_range_that_going_through_all_in_order_finds() {
+    fn ranges_that_are_not_told_apart_ask_for_the_most() {
+        for sigmas in [SIGMAS, SIGMAS_OF_AVERAGES] {
+            let least = TOLD_APART as f32 - 0.5;
+            assert!((sigmas * least / FLAT_RANGE_SIGMAS).ceil() as u32 >= LIMITS.1, "{sigmas} sigmas");
+        }
+    }
+
+    #[test]
+    fn the_limit_is_that_of_the_range_that_going_through_all_in_order_finds() {
         let mut state = 7_u32;
         let mut byte = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 24) as u8
         };
         for length in (0..300).chain([20_000, 40_001]) {
-            let largest = byte().max(1);
+            let largest = [byte(), byte() % 32][length % 2].max(1);
             let of_tiles: Vec<u8> = (0..length).map(|_| byte() % largest).collect();
             let split = length * 2 / 3;
             let parts = [&of_tiles[..split], &of_tiles[split..]].map(|part| {
                 ranges(&vec![20; part.len()], &part.iter().map(|r| r.saturating_add(20)).collect::<Vec<_>>())
             });
-            let expected = flat_range_in_order(of_tiles.iter().map(|r| r.saturating_add(20) - 20).collect());
-            for level in Level::available() {
-                assert_eq!(level.run(FlatRange(parts.iter())), expected, "{level}, {length} tiles");
-            }
+            let expected = limit_in_order(of_tiles.iter().map(|r| r.saturating_add(20) - 20).collect());
+            assert_eq!(contrast_limit(parts.iter(), false), expected, "{length} tiles below {largest}");
         }
     }
 
     #[test]
     fn clipped_tiles_do_not_vote() {
-        let of = |low: &[u8], high: &[u8]| Level::best().run(FlatRange(std::iter::once(&ranges(low, high))));
+        let of = |low: &[u8], high: &[u8]| ranges(low, high).at_most;
         assert_eq!(of(&[90, 250, 0, 255, 90], &[93, 255, 5, 255, 93]), of(&[90, 90], &[93, 93]));
     }
 }

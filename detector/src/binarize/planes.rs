@@ -126,7 +126,7 @@ fn fill<R: Raster, const TILE: usize>(
             level.run(Measure { strip: strip(number), scratch });
         });
         let ranges = scratches.iter().map(|scratch| &scratch.ranges);
-        planes.contrast_limit = noise::contrast_limit(level, ranges, R::ARE_AVERAGES);
+        planes.contrast_limit = noise::contrast_limit(ranges, R::ARE_AVERAGES);
     } else if let Contrast::Least(least) = request.contrast {
         planes.contrast_limit = least;
     }

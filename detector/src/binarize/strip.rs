@@ -147,7 +147,7 @@ impl<R: Raster, const TILE: usize> Strip<R, TILE> {
         if self.measures(tile_row) {
             self.find_extremes(tile_row, scratch);
             let places = self.places(tile_row, scratch);
-            scratch.ranges.add(&scratch.minima[places.clone()], &scratch.maxima[places]);
+            scratch.ranges.add(Extremes::new(&scratch.minima[places.clone()], &scratch.maxima[places]));
         }
     }
 
@@ -222,7 +222,7 @@ impl<R: Raster, const TILE: usize> Kernel for Measure<'_, R, TILE> {
     #[inline(always)]
     fn run(self) {
         let Self { strip, scratch } = self;
-        scratch.ranges.clear(scratch.minima.len());
+        scratch.ranges.clear();
         if strip.keeps_rows {
             strip.measure_kept(scratch);
         } else {
