@@ -144,6 +144,7 @@ impl<S: Service> Bus<S> {
         mut attempt: impl FnMut() -> Result<T, E>,
     ) -> Result<T, BusError> {
         let mut tries = Tries::new(topic, patience, &self.place.stop);
+        let mut is_mended = false;
         loop {
             room::check().map_err(|free| BusError::NoRoom { free })?;
             // Whoever makes something is seen by those who heal; whoever only waits must not keep them off.
@@ -157,8 +158,17 @@ impl<S: Service> Bus<S> {
                 Ok(made) => return Ok(made),
                 Err(error) => error,
             };
-            let lasted =
-                tries.failed(&error).map_err(|error| self.look_for_other_version(error, patience))?;
+            let lasted = match tries.failed(&error) {
+                Ok(lasted) => lasted,
+                // iceoryx2 may wait as long for what is half made as there is patience: who makes a topic mends it once all the same.
+                Err(BusError::Stuck { .. })
+                    if part == Part::Producer && error.verdict() == Verdict::Heal && !is_mended =>
+                {
+                    is_mended = true;
+                    Duration::ZERO
+                }
+                Err(error) => return Err(self.look_for_other_version(error, patience)),
+            };
             match error.verdict() {
                 Verdict::Heal => self.heal()?,
                 Verdict::Leaving if lasted >= REMOVED_AFTER => self.heal()?,

@@ -24,7 +24,7 @@ use crate::topics;
 type Telling<S, T> = (Publisher<S, T, ()>, PortFactory<S, T, ()>);
 type Hearing<S, T> = (Subscriber<S, T, ()>, PortFactory<S, T, ()>);
 
-/// How long is tried to make a topic. What is left of one who was killed is taken away in less; others wait meanwhile.
+/// How long is tried to make a topic; others wait meanwhile. What one who was killed left half made is mended once even so.
 const PATIENCE: Duration = Duration::from_millis(100);
 /// Pause after it could not be had.
 const TRY_AGAIN: Duration = Duration::from_secs(1);

@@ -1,6 +1,7 @@
 //! Roles coming and going in domains of their own.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on says where")]
 
+use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -12,6 +13,7 @@ use tagbus_message::domain::Domain;
 use tagbus_message::frame::{FrameHeader, GREY};
 use tagbus_message::info::{CameraInfo, CameraState};
 use tagbus_message::qos;
+use tagbus_message::stats::CameraStats;
 use tagbus_message::stop::Stop;
 use tagbus_message::wait::{WaitSet, Waiter, Wake};
 
@@ -241,6 +243,23 @@ fn what_the_dead_left_half_made_is_mended() {
         std::fs::write(description, "").unwrap();
     }
     assert!(witness.create_frames("cam0", &qos::FRAMES, 64).is_ok());
+}
+
+#[test]
+fn what_the_dead_left_half_made_of_a_topic_of_the_recorder_is_mended_by_the_next_who_makes_it() {
+    let ground = Ground::new();
+    let witness = ground.bus("witness");
+    let camera = ground.bus("camera cam0");
+    let mut out = camera.camera_stats("cam0").unwrap();
+    out.publish(&CameraStats::default()).unwrap();
+    let description = descriptions_of(&ground.domain).pop().unwrap();
+    let text = std::fs::read(&description).unwrap();
+    drop((out, camera));
+    // Its creator was killed between the description and what it describes: iceoryx2 waits for that as long as there is patience.
+    std::fs::write(&description, text).unwrap();
+    std::fs::set_permissions(&description, std::fs::Permissions::from_mode(0o400)).unwrap();
+    let mut out = witness.camera_stats("cam0").unwrap();
+    out.publish(&CameraStats::default()).unwrap();
 }
 
 fn descriptions_of(domain: &Domain) -> Vec<PathBuf> {
