@@ -74,7 +74,7 @@ pub(crate) enum Contrast {
 }
 
 /// Strips that a thread is dealt.
-const STRIPS_A_THREAD: usize = 2;
+const STRIPS_A_THREAD: usize = 4;
 /// A raster of fewer pixels is binarized before another thread is awake.
 const LEAST_TO_DEAL: usize = 600_000;
 

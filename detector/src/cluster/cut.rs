@@ -13,6 +13,8 @@ use super::labels::Connectivity;
 pub(super) const LEAST_ROWS: usize = 32;
 /// What a row costs besides its runs, in runs.
 const ROW: usize = 16;
+/// How much of a plane's cost lies in the bands that threads begin with, in thousandths.
+const LARGE: usize = 800;
 
 /// Bands of a plane, from top to bottom.
 #[derive(Default)]
@@ -29,7 +31,7 @@ impl Cut {
         self.ends.extend((1..=height.div_ceil(rows)).map(|band| (band * rows).min(height)));
     }
 
-    /// Cuts so that bands would cost the same if they held what these do, which are of another plane of this height.
+    /// Cuts by what these bands cost, which are of another plane of this height: as if they held what this plane does.
     pub(super) fn by_runs(&mut self, height: usize, bands: usize, before: &[Band]) {
         let rows: usize = before.iter().map(|band| band.runs.rows()).sum();
         self.evenly(height, bands);
@@ -40,7 +42,7 @@ impl Cut {
         }
         let all = before.iter().map(cost).sum::<usize>();
         for band in 1..bands {
-            let row = row_at(before, all * band / bands);
+            let row = row_at(before, all * thousandths_before(band, bands) / 1000);
             let (least, most) =
                 (self.rows(band - 1).start + LEAST_ROWS, height - (bands - band) * LEAST_ROWS);
             self.ends[band - 1] = row.clamp(least, most);
@@ -75,6 +77,18 @@ impl Cut {
     }
 }
 
+/// How much of a plane's cost is to lie before a band that is not the first. The caller begins with the first band, workers with the
+/// last ones: these are large, so that a thread outlines what it labelled itself and has near. As many small ones between them are
+/// for whoever is done first.
+fn thousandths_before(band: usize, bands: usize) -> usize {
+    if bands < 4 || !bands.is_multiple_of(2) {
+        return 1000 * band / bands;
+    }
+    let threads = bands / 2;
+    let small = (band - 1).min(threads);
+    (LARGE * (band - small) + (1000 - LARGE) * small) / threads
+}
+
 /// What a band cost, in runs.
 fn cost(band: &Band) -> usize {
     band.runs.before(band.runs.rows()) + ROW * band.runs.rows()
@@ -91,4 +105,24 @@ fn row_at(bands: &[Band], mut wanted: usize) -> usize {
         first += band.runs.rows();
     }
     first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shares(bands: usize) -> Vec<usize> {
+        let mut ends: Vec<usize> = (1..bands).map(|band| thousandths_before(band, bands)).collect();
+        ends.push(1000);
+        let starts = std::iter::once(&0).chain(&ends);
+        ends.iter().zip(starts).map(|(end, start)| end - start).collect()
+    }
+
+    #[test]
+    fn bands_that_threads_begin_with_are_large_and_as_many_between_them_small() {
+        assert_eq!(shares(4), [400, 100, 100, 400]);
+        assert_eq!(shares(8), [200, 50, 50, 50, 50, 200, 200, 200]);
+        assert_eq!(shares(2), [500, 500]);
+        assert_eq!(shares(5), [200; 5]);
+    }
 }

@@ -39,7 +39,7 @@ pub(crate) struct Clusters {
     components: Vec<Component>,
 }
 
-/// Bands that a thread is dealt if all take the same time.
+/// Bands that a thread is dealt: a large one and a small one.
 const BANDS_A_THREAD: usize = 2;
 /// A plane of fewer pixels is searched before another thread is awake.
 const LEAST_TO_DEAL: usize = 250_000;
