@@ -579,7 +579,7 @@ fn threads(arguments: &ThreadsArguments) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     let how = format!(
         "wall time in milliseconds, tag36h11 and tagStandard41h12 in one detector, decimation {decimate}, {rounds} rounds; \
-         numbers of threads take turns on each picture, not pinned, {pause} ms of rest before each search; natural pictures \
+         numbers of threads take turns on each picture, {pause} ms of rest before each search; natural pictures \
          are scaled to each size (Catmull-Rom)"
     );
     Ok(record::write_page(&folder.join("threads.md"), "Threads", &how, &page)?)

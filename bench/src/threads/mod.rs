@@ -1,5 +1,7 @@
 //! How much sooner several threads are done with a frame.
 
+mod contest;
+mod cores;
 mod frames;
 mod measure;
 mod report;
